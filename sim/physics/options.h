@@ -69,15 +69,10 @@ struct WorldOptions {
 
   struct LightsOff {
     double from_s = 0, duration_s = 0;
-    double left_fraction = 0.15;
 
     static void keys(auto&& key) {
       number<&LightsOff::from_s>(key, 0, 1e6, "start of the darkness");
       number<&LightsOff::duration_s>(key, 0, 1e6, "duration of the darkness; 0: the lamps stay on");
-      number<&LightsOff::left_fraction>(
-          key, 0, 1,
-          "fraction of their light that surfaces still get while the lamps are off; windows and screens "
-          "keep shining");
     }
   } lights_off;
 

@@ -3,6 +3,7 @@
 #include <fmt/ranges.h>
 
 #include <limits>
+#include <set>
 #include <sstream>
 
 #include "sim/score/metrics.h"
@@ -70,10 +71,21 @@ const Key* find_key(std::string_view name) {
   return found == all.end() ? nullptr : &*found;
 }
 
-std::string unknown_key(std::string_view name) {
-  std::vector<std::string_view> names;
-  for (const Key& key : scenario_keys()) names.push_back(key.name);
-  return "unknown key" + did_you_mean(name, names);
+std::string unknown_key(const std::string& name) {
+  std::set<std::string_view> names{"base"};  // keys and sections
+  const std::string last = "." + name.substr(name.rfind('.') + 1);
+  std::string beside;
+  for (const Key& key : scenario_keys()) {
+    for (std::size_t dot = 0; dot != key.name.npos; dot = key.name.find('.', dot + 1))
+      if (dot > 0) names.insert(std::string_view(key.name).substr(0, dot));
+    names.insert(key.name);
+    if (key.name.ends_with(last)) beside = fmt::format("; did you mean '{}'?", key.name);
+  }
+  const std::vector<std::string_view> all(names.begin(), names.end());
+  const std::string hint = did_you_mean(name, all);
+  return "unknown key" + (!hint.empty()     ? hint
+                          : !beside.empty() ? beside
+                                            : "; gaitslam config --keys lists all");
 }
 
 const Scenario& default_scenario() {

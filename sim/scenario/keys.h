@@ -141,8 +141,8 @@ const std::vector<Key>& scenario_keys();
 /// The key of that name, or nullptr.
 const Key* find_key(std::string_view name);
 
-/// Returns the error for a name that is not a key, with the nearest key.
-std::string unknown_key(std::string_view name);
+/// Returns the error for a name that is not a key, with the nearest key or section.
+std::string unknown_key(const std::string& name);
 
 /// The default scenario with all optional sections, the source of defaults.
 const Scenario& default_scenario();

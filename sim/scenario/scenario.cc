@@ -86,44 +86,19 @@ void check_time(const ReadScenario& read) {
   const auto require = [&](bool valid, const std::string& key, const std::string& problem) {
     if (!valid) fail(place_of(read, key), key, problem);
   };
-  const auto check_fixed = [&](const std::string& section, TimeModel model, const char* name, double ms) {
-    const std::string key = section + name;
-    require(model == TimeModel::fixed || ms == 0, key,
-            fmt::format("is {}, but {}model is {}; expected 0, or model: fixed", ms, section,
-                        kTimeModels[static_cast<std::size_t>(model)]));
-    require(model != TimeModel::fixed || read.origin.contains(key), section + "model",
-            fmt::format("is fixed, expected {} to be set with it", key));
+  const auto check_fixed = [&](const std::string& section, TimeModel model, const std::string& name) {
+    require(model != TimeModel::fixed || read.origin.contains(section + name), section + "model",
+            fmt::format("is fixed, expected {}{} to be set with it", section, name));
   };
   const ControllerTime& controller = read.scenario.controller_time;
-  check_fixed("walk.controller.time.", controller.model, "answer_ms", controller.answer_ms);
+  check_fixed("walk.controller.time.", controller.model, "answer_ms");
   require(controller.model == TimeModel::none || read.scenario.controller.source == programs::Source::program,
           "walk.controller.time.model", "needs an external program as walk.controller, expected none");
-  const EstimatorTime& time = read.scenario.estimator_time;
-  const std::string estimator = "estimator.time.";
-  check_fixed(estimator, time.model, "frame_ms", time.frame_ms);
-  const bool none = time.model == TimeModel::none;
-  require(!none || time.queue == 0, estimator + "queue",
-          "is 1, but with estimator.time.model none no frame ever waits");
-  require(!none || time.on_busy == OnBusy::drop, estimator + "on_busy",
-          "is wait, but with estimator.time.model none an estimator is never busy");
-  require(time.on_busy == OnBusy::drop || time.queue == 0, estimator + "queue",
-          "is 1, but estimator.time.on_busy is wait, where every frame waits; expected 0, or on_busy: drop");
-}
-
-/// Returns whether a walk never turns and never walks back.
-bool is_straight(const walking::Timeline& walk) {
-  const auto moved = [](const walking::Stance& from, const walking::Stance& to) -> Eigen::Vector2d {
-    return walking::center_of(to).position - walking::center_of(from).position;
-  };
-  const std::vector<walking::Phase>& phases = walk.phases();
-  const Eigen::Vector2d whole = moved(phases.front().from, phases.back().to);
-  return std::ranges::all_of(phases, [&](const walking::Phase& phase) {
-    return phase.waist_yaw_from == phase.waist_yaw_to && moved(phase.from, phase.to).dot(whole) > -1e-9;
-  });
+  check_fixed("estimator.time.", read.scenario.estimator_time.model, "frame_ms");
 }
 
 /// Throws ConfigError for limits that no run can satisfy.
-void check_limits(const ReadScenario& read, const Yaml& at, const walking::Timeline& walk) {
+void check_limits(const ReadScenario& read, const Yaml& at) {
   const std::vector<MetricLimit>& limits = read.scenario.limits.metrics;
   for (const MetricLimit& most : limits)
     for (const MetricLimit& least : limits)
@@ -131,11 +106,6 @@ void check_limits(const ReadScenario& read, const Yaml& at, const walking::Timel
           least.value > most.value)
         fail(at, "limits." + subject(most),
              fmt::format("contradicts itself: at_least {} is above at_most {}", least.value, most.value));
-  for (const MetricLimit& limit : limits)
-    if (limit.metric == "loop_closed" && limit.bound == Bound::at_least && limit.value > 0 &&
-        is_straight(walk))
-      fail(at, "limits." + subject(limit),
-           "cannot be met: the walk neither turns nor comes back; limits: {} removes a base's limits");
 }
 
 /// Throws ConfigError if keys contradict each other, a fault never happens, or the walk takes too long to
@@ -166,7 +136,7 @@ void check_whole(const ReadScenario& read) {
            "disturb the steering estimate, but walk.steering.by is plan; expected truth or estimate");
   const std::optional<walking::Timeline> walk = planned(read);
   if (!walk) return;
-  check_limits(read, at, *walk);
+  check_limits(read, at);
   const double walk_s = static_cast<double>(walk->ticks()) * walking::kPeriod;
   check_happens(read, steered_by == plan ? walk_s : 2 * walk_s);  // steering adds steps
 }
@@ -191,25 +161,6 @@ std::vector<std::string_view> parts_below(std::string_view section) {
 }
 
 bool is_section(std::string_view path) { return !parts_below(path).empty(); }
-
-/// Suggests a part of the longest known section, else a key of another section, else lists the parts.
-[[noreturn]] void fail_unknown(const Yaml& at, const std::string& path) {
-  std::string section = path;
-  do {
-    const std::size_t dot = section.rfind('.');
-    section.resize(dot == std::string::npos ? 0 : dot);
-  } while (!section.empty() && !is_section(section));
-  std::vector<std::string> full;
-  if (section.empty()) full.emplace_back(kBase);
-  for (const std::string_view name : parts_below(section))
-    full.push_back((section.empty() ? "" : section + ".") + std::string(name));
-  std::string hint = did_you_mean(path, full);
-  const std::string last = "." + path.substr(path.rfind('.') + 1);
-  for (const Key& key : scenario_keys())
-    if (hint.empty() && key.name.ends_with(last)) hint = fmt::format("; did you mean '{}'?", key.name);
-  if (hint.empty()) hint = fmt::format("; expected one of {}", fmt::join(full, ", "));
-  fail(at, path, "unknown key" + hint);
-}
 
 /// Fills a scenario from files and overrides; later values replace earlier ones. Throws ConfigError.
 class ScenarioReader {
@@ -351,7 +302,7 @@ class ScenarioReader {
     } else if (path == kBase) {
       fail(at, path, "belongs in a scenario file; --with FILE adds a file's keys");
     } else {
-      fail_unknown(at, path);
+      fail(at, path, unknown_key(path));
     }
   }
 

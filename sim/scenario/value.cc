@@ -26,20 +26,10 @@ std::string as_written(const Yaml& node) {
   fail(node, key, fmt::format("is {}, expected {}", as_written(node), expectation));
 }
 
-/// Some programs read 017 as 15, others as 17.
-bool has_leading_zero(std::string_view text) {
-  if (text.starts_with('-')) text.remove_prefix(1);
-  return text.size() > 1 && text[0] == '0' && text[1] >= '0' && text[1] <= '9';
-}
-
-std::string leading_zero_note(const Yaml& node) {
-  return has_leading_zero(node.text) ? " without leading zeros" : "";
-}
-
 /// Returns a plain scalar as a number, or nothing.
 template <class Number>
 std::optional<Number> number(const Yaml& node) {
-  if (node.kind != Yaml::Kind::scalar || node.quoted || has_leading_zero(node.text)) return std::nullopt;
+  if (node.kind != Yaml::Kind::scalar || node.quoted) return std::nullopt;
   return files::parse_number<Number>(node.text);
 }
 
@@ -48,7 +38,7 @@ void read_number(const Yaml& node, std::string_view key, const Domain& domain, N
   const std::optional<Number> found = number<Number>(node);
   const double as_double = found ? static_cast<double>(*found) : std::nan("");
   const bool inside = as_double >= domain.lowest && as_double <= domain.highest && std::isfinite(as_double);
-  if (!inside) reject(node, key, expected(domain, value) + leading_zero_note(node));
+  if (!inside) reject(node, key, expected(domain, value));
   value = *found;
 }
 
@@ -204,7 +194,7 @@ void read(const Yaml& node, std::string_view key, const Domain& domain, int& val
 }
 void read(const Yaml& node, std::string_view key, const Domain& domain, std::uint64_t& value) {
   const std::optional<std::uint64_t> found = number<std::uint64_t>(node);
-  if (!found) reject(node, key, expected(domain, value) + leading_zero_note(node));
+  if (!found) reject(node, key, expected(domain, value));
   value = *found;
 }
 void read(const Yaml& node, std::string_view key, const Domain& domain, bool& value) {

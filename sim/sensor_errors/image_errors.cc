@@ -34,17 +34,6 @@ cv::Mat occlusion_texture(cv::Size size, int square, std::uint64_t seed) {
   return texture;
 }
 
-cv::Mat vignette(cv::Size size, double fraction) {
-  cv::Mat weights(size, CV_32SC1);
-  const double u0 = (size.width - 1) / 2.0, v0 = (size.height - 1) / 2.0, corner2 = u0 * u0 + v0 * v0;
-  for (int v = 0; v < size.height; ++v)
-    for (int u = 0; u < size.width; ++u) {
-      const double r2 = ((u - u0) * (u - u0) + (v - v0) * (v - v0)) / corner2;
-      weights.at<int>(v, u) = static_cast<int>(std::lround(kUnitWeight * (1 - fraction * r2)));
-    }
-  return weights;
-}
-
 }  // namespace
 
 ImageErrors::ImageErrors(const ImageOptions& sizes, std::uint64_t seed, const std::vector<Fault>& faults,
@@ -70,21 +59,18 @@ cv::Mat ImageErrors::apply(const cv::Mat& ideal, slam::Stamp t) {
   cv::Mat image = ideal;
   for (const FramesCovered& cover : covers_)
     if (cover.holds(t)) image = covered(image, cover.fraction);
-  if (vignette_.size() != image.size()) vignette_ = vignette(image.size(), sizes_.vignetting_fraction);
   double exposure = 1;
   for (const FramesDimmed& dimmed : dimmed_)
     if (dimmed.holds(t)) exposure *= dimmed.factor;
-  const std::int64_t exposed = std::lround(kUnitWeight * std::min(exposure, 1000.0));
+  const int weight = static_cast<int>(std::lround(kUnitWeight * std::min(exposure, 1000.0)));
   Random random(seed_, stream_, static_cast<std::uint64_t>(t.count()));
   cv::Mat out(image.size(), CV_8UC1);
   for (int row = 0; row < image.rows; ++row) {
     const unsigned char* from = image.ptr(row);
-    const int* weights = vignette_.ptr<int>(row);
     unsigned char* to = out.ptr(row);
     for (int column = 0; column < image.cols;) {
       std::uint64_t bits = random.bits();
       for (const int end = std::min(column + 5, image.cols); column < end; ++column, bits >>= 12) {
-        const int weight = static_cast<int>(weights[column] * exposed / kUnitWeight);
         const Response& response = responses_[std::min((from[column] * weight) >> 8, 4095)];
         const int sum = response.mean + z[bits & 4095] * response.sigma + (1 << 19);
         to[column] = static_cast<unsigned char>(std::clamp(sum >> 20, 0, 255));

@@ -219,8 +219,6 @@ Eigen::Vector3d InertialErrors::disturbed(const InertialSample& reading) {
   Eigen::Vector3d value = reading.value + sigma * normal3(Random(seed_, sensor_ + " noise", item)) + bias_;
   for (const Spike& spike : spikes_)
     if (spike.span.touches(reading)) value.array() += spike.size;
-  if (sizes_.range > 0) value = value.cwiseMin(sizes_.range).cwiseMax(-sizes_.range);
-  if (sizes_.resolution > 0) value = (value / sizes_.resolution).array().round().matrix() * sizes_.resolution;
   return value;
 }
 

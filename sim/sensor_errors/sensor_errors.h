@@ -15,7 +15,6 @@ namespace sim::sensor_errors {
 struct ImageOptions {
   double read_sigma_gray = 1.0, shot_sigma_gray = 1.0;
   double gain = 1.0;
-  double vignetting_fraction = 0.0;
   double loss_fraction = 0.0;
   double latency_s = 0;
 
@@ -27,10 +26,6 @@ struct ImageOptions {
         "photon noise of a white pixel before the gain, in gray levels of 255; its square is proportional to "
         "the light");
     number<&ImageOptions::gain>(key, 0, 16, "gain of the camera, applied after the noise");
-    number<&ImageOptions::vignetting_fraction>(
-        key, 0, 1,
-        "fraction of the light that is missing in the corners; it grows with the squared distance from "
-        "the center");
     number<&ImageOptions::loss_fraction>(key, 0, 1, "fraction of the frames that lose their image");
     number<&ImageOptions::latency_s>(
         key, 0, 10, "minimum age of a frame's picture; a frame brings the newest picture of that age");
@@ -59,7 +54,6 @@ class ImageErrors {
   std::vector<FramesDimmed> dimmed_;
   std::vector<FramesCovered> covers_;
   std::array<Response, 4096> responses_;
-  cv::Mat vignette_;  // CV_32SC1, in 1/4096; computed for the first image
 };
 
 /// The errors of one inertial sensor, per axis, in its own unit (rad/s or m/s²).
@@ -67,8 +61,6 @@ struct InertialErrorSizes {
   double sigma = 0;            ///< white noise of a 200 Hz reading
   double bias_sigma = 0;       ///< standard deviation of the start bias, drawn once per run
   double bias_walk_sigma = 0;  ///< growth of the bias's standard deviation in 1 s
-  double range = 0;            ///< readings beyond ±range become ±range; 0: no limit
-  double resolution = 0;       ///< readings are whole multiples of it; 0: no rounding
 
   /// The keys. Their names end in the unit of a reading; for the bias walk, in that unit per s.
   static void keys(auto&& key, const std::string& sensor, const std::string& unit, const char* unit_per_s) {
@@ -80,9 +72,6 @@ struct InertialErrorSizes {
         "standard deviation of the " + sensor + "'s bias at the start over seeds");
     add(std::string("bias_walk_sigma_") + unit_per_s, &InertialErrorSizes::bias_walk_sigma,
         "random walk of the " + sensor + "'s bias: growth of its standard deviation in 1 s");
-    add("range_" + unit, &InertialErrorSizes::range, "saturation limit of " + sensor + " readings; 0: none");
-    add("resolution_" + unit, &InertialErrorSizes::resolution,
-        "quantization step of " + sensor + " readings; 0: no rounding");
   }
 };
 

@@ -304,25 +304,6 @@ TEST(ImageErrors, NeighboringPixelsAndFramesAreUncorrelated) {
   }
 }
 
-TEST(ImageErrors, VignettingRemovesItsFractionInTheCornersAndNothingInTheMiddle) {
-  ImageOptions sizes = noise(0, 0);
-  sizes.vignetting_fraction = 0.5;
-  const cv::Mat image = received(sizes, 200);
-  EXPECT_EQ(image.at<unsigned char>(120, 160), 200);
-  EXPECT_EQ(image.at<unsigned char>(0, 0), 100);
-  EXPECT_EQ(image.at<unsigned char>(239, 319), 100);
-  // Halfway to a corner, a quarter of the fraction is lost: 200 (1 - 0.5 / 4).
-  EXPECT_NEAR(image.at<unsigned char>(60, 80), 175, 1);
-}
-
-TEST(ImageErrors, VignettingDarkensTheLightButNotTheReadNoise) {
-  ImageOptions sizes = noise(5, 0);
-  const int plain = received(sizes, 100).at<unsigned char>(0, 0);
-  sizes.vignetting_fraction = 0.5;
-  EXPECT_NE(plain, 100);
-  EXPECT_EQ(received(sizes, 100).at<unsigned char>(0, 0) - 50, plain - 100);
-}
-
 TEST(Random, NumbersAreTheSameOnEveryMachine) {
   // Computed by a second program (Python's integers, own AS 241); a change here changes every run.
   Random random(1, "gyro noise");

@@ -137,15 +137,6 @@ TEST(SensorErrors, ABiasWalksAsFarAsRequested) {
   EXPECT_NEAR(std::sqrt(after_4_s) / (0.01 * std::sqrt(121 * 0.030)), 1, 0.14);
 }
 
-TEST(SensorErrors, ReadingsAreClippedToTheirRangeAndRoundedToTheirResolution) {
-  ErrorOptions options = none();
-  options.gyro.range = 0.25;
-  options.gyro.resolution = 0.04;
-  const slam::Observation out = applied(options, observation(0));
-  EXPECT_LT((out.gyro[2].value - Eigen::Vector3d(0.12, -0.2, 0.24)).norm(), 1e-15);  // of 0.1, -0.2, 0.3
-  EXPECT_EQ(out.accelerometer[2].value, reading(0, 1).value);
-}
-
 // Returns the observations that arrive from some frames at 33 ms intervals, with only these faults.
 std::vector<slam::Observation> arrived_with(std::vector<Fault> faults, int frames) {
   ErrorOptions options = none();
