@@ -21,7 +21,6 @@ std::chrono::nanoseconds ray_time(const rig::Lidar& options, std::int64_t number
 /// Casts the rays of sweeps, without sensor errors. The same motion gives the same bytes.
 class Lidar {
  public:
-  /// Throws std::invalid_argument for a model that cannot be drawn.
   Lidar(physics::Model robot_in_room, const physics::Place& place, const rig::Lidar& options,
         std::uint64_t texture_seed = 1);
 

@@ -24,8 +24,7 @@ struct DepthPicture {
 class Scene {
  public:
   /// A picture shows all `views` side by side. shares: a scene with the same model, seed and channels, whose
-  /// textures are shared; it may draw on another thread. Throws std::runtime_error without OpenGL,
-  /// std::invalid_argument for a model that cannot be drawn.
+  /// textures are shared; it may draw on another thread. Throws std::runtime_error without OpenGL.
   Scene(const mjModel& model, std::vector<Pinhole> views, std::uint64_t texture_seed, Channels channels,
         Robot robot = Robot::without_head, const Scene* shares = nullptr);
   /// Returns the views from X_WC (x right, y down, z ahead), CV_8UC1 or RGB. The positions in `data` must

@@ -1,18 +1,13 @@
 #include "sim/camera/shapes.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <iterator>
 #include <numbers>
 #include <span>
-#include <stdexcept>
 #include <string_view>
 #include <utility>
-
-#include "sim/room/paint.h"
 
 namespace sim::camera {
 namespace {
@@ -28,17 +23,10 @@ constexpr std::pair<int, Kind> kKinds[]{
     {mjGEOM_SPHERE, Kind::sphere},       {mjGEOM_CYLINDER, Kind::cylinder},
     {mjGEOM_ELLIPSOID, Kind::ellipsoid}, {mjGEOM_CAPSULE, Kind::capsule}};
 
+// Meshes and height fields consist of triangles.
 Kind kind_of(const mjModel& model, int geom) {
-  const int type = model.geom_type[geom];
-  const auto found = std::ranges::find(kKinds, type, &std::pair<int, Kind>::first);
-  if (found == std::end(kKinds)) {
-    const char* const name = mj_id2name(&model, mjOBJ_GEOM, geom);
-    throw std::invalid_argument(fmt::format(
-        "the geom {} is a {}, which cannot be drawn, expected a plane, box, sphere, cylinder, "
-        "ellipsoid, capsule, mesh or height field",
-        name && *name ? fmt::format("'{}'", name) : fmt::format("{} from 0", geom), "shape of another kind"));
-  }
-  return found->second;
+  const auto found = std::ranges::find(kKinds, model.geom_type[geom], &std::pair<int, Kind>::first);
+  return found == std::end(kKinds) ? Kind::triangle : found->second;
 }
 
 void add_quad(GeomMesh& mesh, const Vector3f& middle, const Vector3f& right, const Vector3f& up) {
@@ -114,9 +102,6 @@ void add_capsule(GeomMesh& mesh, float radius, float half) {
 }
 
 bool is_mesh(const mjModel& model, int geom) { return model.geom_type[geom] == mjGEOM_MESH; }
-bool has_triangles(const mjModel& model, int geom) {
-  return is_mesh(model, geom) || model.geom_type[geom] == mjGEOM_HFIELD;
-}
 
 // Two triangles per cell, as in MuJoCo's contacts and rays. A vertex has the normal of its face.
 void add_height_field(GeomMesh& mesh, const mjModel& model, int field) {
@@ -203,7 +188,7 @@ GeomMesh geom_mesh(const mjModel& model, int geom) {
     if (model.mesh_texcoordadr[model.geom_dataid[geom]] >= 0) return mesh;
   }
   if (model.geom_type[geom] == mjGEOM_HFIELD) add_height_field(mesh, model, model.geom_dataid[geom]);
-  const Kind kind = has_triangles(model, geom) ? Kind::triangle : kind_of(model, geom);
+  const Kind kind = kind_of(model, geom);
   if (kind == Kind::plane)
     add_quad(mesh, Vector3f::Zero(), size.x() * Vector3f::UnitX(), size.y() * Vector3f::UnitY());
   if (kind == Kind::box) add_box(mesh, size);
@@ -271,31 +256,13 @@ Vector3f Lamps::lit(const Paint& paint, const Vector3f& normal_W, float share) c
   return paint.rgb.cwiseProduct(light).cwiseMin(1);
 }
 
-void require_drawable(const mjModel& model) {
-  for (int geom = 0; geom < model.ngeom; ++geom)
-    if (is_drawn(model, geom, Robot::whole) && !has_triangles(model, geom)) kind_of(model, geom);
-  room_surfaces(model);
-  const Lamps lamps(model);
-  for (int texture = 0; texture < model.ntex; ++texture) {
-    const char* const name = mj_id2name(&model, mjOBJ_TEXTURE, texture);
-    const unsigned char* const first = model.tex_rgb + model.tex_adr[texture];
-    const int bytes = 3 * model.tex_width[texture] * model.tex_height[texture];
-    const bool flat = std::equal(first + 3, first + bytes, first);
-    if (name && !flat && room::is_painted(name))
-      throw std::invalid_argument(
-          fmt::format("the texture '{}' has a picture, but the bench paints textures of that name; "
-                      "expected another name",
-                      name));
-  }
-}
-
 std::vector<score::Surface> room_surfaces(const mjModel& model) {
   const physics::Data data = data_at_rest(model);
   std::vector<score::Surface> surfaces;
   for (int geom = 0; geom < model.ngeom; ++geom)
     if (!moves(model, geom) && model.geom_group[geom] == 0 && !is_glass(model, geom))
-      has_triangles(model, geom) ? add_triangles(surfaces, model, *data, geom)
-                                 : surfaces.push_back(primitive(model, *data, geom));
+      kind_of(model, geom) == Kind::triangle ? add_triangles(surfaces, model, *data, geom)
+                                             : surfaces.push_back(primitive(model, *data, geom));
   return surfaces;
 }
 

@@ -83,11 +83,8 @@ class Lamps {
   Eigen::Vector3f ambient_;
 };
 
-/// Throws std::invalid_argument that names the geom if the model contains something that cannot be drawn.
-void require_drawable(const mjModel& model);
-
-/// Returns all opaque surfaces of the model that never move: the room without the robot. Throws
-/// std::invalid_argument for an infinite plane. Meshes and height fields become triangles.
+/// Returns all opaque surfaces of the model that never move: the room without the robot. Meshes
+/// and height fields become triangles.
 std::vector<score::Surface> room_surfaces(const mjModel& model);
 
 }  // namespace sim::camera

@@ -107,11 +107,11 @@ void load(unsigned texture, cv::Mat picture) {
 
 cv::Mat3b texture_picture(const mjModel& model, const mjData& data, int texture, std::uint64_t seed) {
   const char* const name = mj_id2name(&model, mjOBJ_TEXTURE, texture);
-  const cv::Mat3b painted = name ? room::paint_texture(name, seed) : cv::Mat3b();
-  if (painted.empty())
-    return cv::Mat(model.tex_height[texture], model.tex_width[texture], CV_8UC3,
-                   model.tex_rgb + model.tex_adr[texture])
-        .clone();
+  const cv::Mat own(model.tex_height[texture], model.tex_width[texture], CV_8UC3,
+                    model.tex_rgb + model.tex_adr[texture]);
+  const bool flat = std::equal(own.data + 3, own.data + 3 * own.total(), own.data);
+  const cv::Mat3b painted = name && flat ? room::paint_texture(name, seed) : cv::Mat3b();
+  if (painted.empty()) return own.clone();
   for (int geom = 0; geom < model.ngeom; ++geom)
     if (takes_shadows(model, geom) && texture_of(model, geom) == texture)
       bake_shadows(painted, model, data, geom);

@@ -103,15 +103,6 @@ std::unique_ptr<controllers::ProgramController> program_controller(const scenari
   }
 }
 
-void require_drawable(const scenario::ReadScenario& read, const physics::Models& models) {
-  if (!read.scenario.camera) return;
-  try {
-    camera::require_drawable(*models.in_room);
-  } catch (const std::invalid_argument& problem) {
-    fail(scenario::place_of(read, "world.room"), "world.room", problem.what());
-  }
-}
-
 physics::PlantVariation plant_variation(std::uint64_t seed, const physics::WorldOptions& world, int joints) {
   const int links = joints + 1;
   const physics::WorldOptions::Variation& spread = world.variation;

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <opencv2/core/simd_intrinsics.hpp>
 #include <opencv2/imgproc.hpp>
 
 namespace sim::room {
@@ -19,15 +18,7 @@ void multiply(cv::Mat3b image, const cv::Mat1f& factor) {
     cv::cvtColor(fixed.row(row), by, cv::COLOR_GRAY2RGB);
     unsigned char* const texels = image.ptr<unsigned char>(row);
     const unsigned short* const factors = by.ptr<unsigned short>();
-    int i = 0;
-    for (constexpr int kLanes = cv::v_uint8::nlanes; i + kLanes <= 3 * image.cols; i += kLanes) {
-      cv::v_uint16 first, last;
-      cv::v_expand(cv::vx_load(texels + i), first, last);
-      first = cv::v_mul_hi(first << 8, cv::vx_load(factors + i));
-      last = cv::v_mul_hi(last << 8, cv::vx_load(factors + i + kLanes / 2));
-      cv::v_store(texels + i, cv::v_pack(first, last));
-    }
-    for (; i < 3 * image.cols; ++i)
+    for (int i = 0; i < 3 * image.cols; ++i)
       texels[i] = static_cast<unsigned char>(std::min(255, texels[i] * factors[i] >> 8));
   }
 }
@@ -141,8 +132,6 @@ Painter painter_of(std::string_view name) {
 }
 
 }  // namespace
-
-bool is_painted(std::string_view name) { return painter_of(name) != nullptr; }
 
 cv::Mat3b paint_texture(std::string_view name, std::uint64_t seed) {
   const std::size_t end = kind_ends(name);

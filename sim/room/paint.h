@@ -68,8 +68,6 @@ class Canvas {
 /// unknown name. Names are a kind and a number ("books_3"): each kind has one painter, each number makes its
 /// own choices.
 cv::Mat3b paint_texture(std::string_view name, std::uint64_t seed);
-/// Returns whether there is a painter for a texture of that name.
-bool is_painted(std::string_view name);
 
 /// Side lengths of the office and the hall, m.
 inline constexpr double kLong = 11, kShort = 7, kHigh = 3, kHallLong = 25, kHallAcross = 18;
