@@ -70,13 +70,6 @@ class Adapter {
   }
 
  private:
-  [[noreturn]] void fail(const std::string& key, const std::string& message) const {
-    const auto place = robot_.places.find(key);
-    throw std::invalid_argument(fmt::format(
-        "{}: {}: {}", place == robot_.places.end() ? (robot_.folder / "robot.yaml").string() : place->second,
-        key, message));
-  }
-
   using Foot = std::array<RobotFile::Foot, 2>::const_iterator;
 
   std::string name(int type, int id) const { return writer_.name(type, id); }
@@ -116,7 +109,8 @@ class Adapter {
       names.push_back(own);
     }
     std::ranges::sort(names);
-    fail(key, fmt::format("the model has no body '{}', expected one of {}", wanted, fmt::join(names, ", ")));
+    robot_.fail(
+        key, fmt::format("the model has no body '{}', expected one of {}", wanted, fmt::join(names, ", ")));
   }
 
   /// Returns a body that no joint of a leg moves.
@@ -126,7 +120,7 @@ class Adapter {
       for (const auto& leg : robot_.legs)
         for (int k = 0; k < m_.body_jntnum[above]; ++k)
           if (std::ranges::count(leg, name(mjOBJ_JOINT, m_.body_jntadr[above] + k)) > 0)
-            fail(key, fmt::format("link '{}' is moved by a leg, expected an upper-body link", wanted));
+            robot_.fail(key, fmt::format("link '{}' is moved by a leg, expected an upper-body link", wanted));
     return found;
   }
 
@@ -180,13 +174,15 @@ class Adapter {
     const std::string key = fmt::format("feet.{}", kFootSides[side]);
     body(key, foot.body);
     if (soles_[side] == 0 && foot.contacts.empty())
-      fail(key, fmt::format("body '{}' has no colliding geom, expected the sole; if a scene.xml beside the "
-                            "model has contact pairs, name it as the model",
-                            foot.body));
+      robot_.fail(key,
+                  fmt::format("body '{}' has no colliding geom, expected the sole; if a scene.xml beside the "
+                              "model has contact pairs, name it as the model",
+                              foot.body));
     if (soles_[side] < foot.contacts.size())
-      fail(key,
-           fmt::format("of the contacts {} body '{}' has {}, expected colliding geoms with these names in it",
-                       fmt::join(foot.contacts, ", "), foot.body, soles_[side]));
+      robot_.fail(
+          key,
+          fmt::format("of the contacts {} body '{}' has {}, expected colliding geoms with these names in it",
+                      fmt::join(foot.contacts, ", "), foot.body, soles_[side]));
   }
 
   /// Returns the servos in the order of their joints.
@@ -195,7 +191,7 @@ class Adapter {
     for (const RobotFile::Servo& servo : robot_.servos)
       for (const std::string& name : servo.joints) {
         const int joint = mj_name2id(&m_, mjOBJ_JOINT, name.c_str());
-        if (joint < 0) fail("servos", fmt::format("the model has no joint '{}'", name));
+        if (joint < 0) robot_.fail("servos", fmt::format("the model has no joint '{}'", name));
         const Element& element = mine_.file.named("joint", name);
         if (m_.jnt_type[joint] != mjJNT_HINGE)
           reject(element, "type", fmt::format("of '{}' is not hinge, expected a hinge for a servo", name));
@@ -215,7 +211,7 @@ class Adapter {
         made.set("forcelimited", effort ? "true" : "false");
         if (effort) made.set("forcerange", text_of(std::array{effort->lowest, effort->highest}));
         if (!servos.emplace(joint, std::move(made)).second)
-          fail("servos", fmt::format("joint '{}' has two servos", name));
+          robot_.fail("servos", fmt::format("joint '{}' has two servos", name));
         moving_.insert(joint);
       }
     std::vector<Element> all;

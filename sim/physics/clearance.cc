@@ -30,11 +30,6 @@ void make_sheet(mjModel& model, int geom) {
   model.geom_sameframe[geom] = 0;
 }
 
-std::string name_of(const mjModel& model, mjtObj type, int id) {
-  const char* const name = id < 0 ? nullptr : mj_id2name(&model, type, id);
-  return name ? name : "";
-}
-
 }  // namespace
 
 RoomClearance::RoomClearance(Model in_room, double margin_m) : model_(std::move(in_room)), margin_(margin_m) {

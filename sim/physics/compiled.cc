@@ -20,11 +20,6 @@ constexpr double kMomentShare = 1e-3;
 // A radius of gyration below this fraction of the link's size is that of a point.
 constexpr double kPointShare = 0.03;
 
-std::string model_name(const mjModel& m, int type, int id) {
-  const char* const name = mj_id2name(&m, type, id);
-  return name ? name : "";
-}
-
 Effort ordered(double factor, const mjtNum* range) {
   const auto [lowest, highest] = std::minmax(factor * range[0], factor * range[1]);
   return {lowest, highest};
@@ -65,7 +60,7 @@ void read_efforts(CompiledRobot& robot) {
     sum = {sum.lowest + effort.lowest, sum.highest + effort.highest};
   }
   for (int joint = 0; joint < m.njnt; ++joint) {
-    const std::string name = model_name(m, mjOBJ_JOINT, joint);
+    const std::string name = name_of(m, mjOBJ_JOINT, joint);
     Effort effort{-kNone, kNone};
     if (const auto sum = sums.find(joint); sum != sums.end()) effort = sum->second;
     const mjtNum* const range = m.jnt_user + m.nuser_jnt * joint;
@@ -95,7 +90,7 @@ void find_base(CompiledRobot& robot, const std::string& wanted) {
   const mjModel& m = *robot.model;
   int base = 0;
   for (int body = m.nbody - 1; body > 0; --body)
-    if (m.body_parentid[body] == 0 && model_name(m, mjOBJ_BODY, body) != model_file::kMeshes) base = body;
+    if (m.body_parentid[body] == 0 && name_of(m, mjOBJ_BODY, body) != model_file::kMeshes) base = body;
   const int root = base;
   while (m.body_mass[base] == 0) {
     std::vector<int> heavy;
@@ -104,7 +99,7 @@ void find_base(CompiledRobot& robot, const std::string& wanted) {
     if (heavy.size() != 1 || m.body_jntnum[heavy[0]] > 0) break;
     base = heavy[0];
   }
-  const std::string name = model_name(m, mjOBJ_BODY, base);
+  const std::string name = name_of(m, mjOBJ_BODY, base);
   const Element& element = robot.file.named("body", wanted.empty() ? name : wanted);
   if (!wanted.empty() && wanted != name)
     reject(element, "",
@@ -141,7 +136,7 @@ void require_units(CompiledRobot& robot) {
   Eigen::AlignedBox3d whole;
   for (int body = robot.base; body < m.nbody; ++body)
     if (is_below(m, body, robot.base)) whole.extend(body_box(m, *data, body));
-  const Element& base = robot.file.named("body", model_name(m, mjOBJ_BODY, robot.base));
+  const Element& base = robot.file.named("body", name_of(m, mjOBJ_BODY, robot.base));
   const double mass = m.body_subtreemass[robot.base], size = whole.diagonal().norm();
   if (mass > kHeaviest_kg)
     reject(base, "",
@@ -155,7 +150,7 @@ void require_units(CompiledRobot& robot) {
     if (!is_below(m, body, robot.base) || !(m.body_mass[body] > 0)) continue;
     const mjtNum* const moments = m.body_inertia + 3 * body;
     const double most = *std::max_element(moments, moments + 3), radius = std::sqrt(most / m.body_mass[body]);
-    const std::string name = model_name(m, mjOBJ_BODY, body);
+    const std::string name = name_of(m, mjOBJ_BODY, body);
     const Element& element = robot.file.named("body", name);
     if (size > 0 && radius > size && most > kMomentShare * mass * size * size)
       reject(element, "",
@@ -208,7 +203,7 @@ Element written_base(const CompiledRobot& robot, const Writer& writer) {
   std::erase_if(base.children, [](const Element& child) { return child.name.ends_with("joint"); });
   Element free{"freejoint"};
   if (m.jnt_type[0] == mjJNT_FREE)
-    if (const std::string name = model_name(m, mjOBJ_JOINT, 0); !name.empty()) free.set("name", name);
+    if (const std::string name = name_of(m, mjOBJ_JOINT, 0); !name.empty()) free.set("name", name);
   base.children.insert(base.children.begin(), std::move(free));
   return base;
 }

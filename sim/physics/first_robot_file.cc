@@ -162,14 +162,10 @@ class Guess {
     Eigen::Isometry3d X_laid = Eigen::Isometry3d::Identity();  // flattens the sole at zero angles
   };
 
-  std::string name_of(mjtObj kind, int id) const {
-    const char* const own = mj_id2name(&m_, kind, id);
-    return own ? own : "";
-  }
-  std::string name(int body) const { return name_of(mjOBJ_BODY, body); }
-  std::string joint_name(int joint) const { return name_of(mjOBJ_JOINT, joint); }
+  std::string name(int body) const { return name_of(m_, mjOBJ_BODY, body); }
+  std::string joint_name(int joint) const { return name_of(m_, mjOBJ_JOINT, joint); }
   bool is_paired(int geom) const {
-    const std::string own = name_of(mjOBJ_GEOM, geom);
+    const std::string own = name_of(m_, mjOBJ_GEOM, geom);
     return !own.empty() && std::ranges::count(file_.paired_with_floor, own) > 0;
   }
   std::vector<std::string> names(const std::vector<int>& joints) const {
@@ -345,7 +341,7 @@ class Guess {
       if (std::abs(angle) > 1e-4) text += fmt::format(", sole_{}_deg: {:.6g}", key, angle * kDegrees);
     std::vector<std::string> paired;
     for (const int geom : soles(foot.sole_body))
-      if (is_paired(geom)) paired.push_back(name_of(mjOBJ_GEOM, geom));
+      if (is_paired(geom)) paired.push_back(name_of(m_, mjOBJ_GEOM, geom));
     if (!paired.empty()) text += fmt::format(", contacts: [{}]", list(paired));
     return text + "}\n";
   }
@@ -382,7 +378,7 @@ class Guess {
       for (int body = base_; body < m_.nbody; ++body)
         if (is_called(body, word)) head_ = body;
     for (int site = 0; site < m_.nsite; ++site) {
-      if (lower(name_of(mjOBJ_SITE, site)).find("imu") == std::string::npos) continue;
+      if (lower(name_of(m_, mjOBJ_SITE, site)).find("imu") == std::string::npos) continue;
       imu_body_ = m_.site_bodyid[site], imu_ = Vector3d(m_.site_pos + 3 * site), imu_is_site_ = true;
       if (imu_body_ == chest_) break;
     }

@@ -72,11 +72,10 @@ std::optional<UnevenStep> first_uneven_step(walking::PatternGenerator plan, cons
         const Eigen::Vector2d place = (X * Eigen::Vector3d(in_sole.x(), in_sole.y(), 0)).head<2>();
         const auto found = floor.at(*data, place);
         if (found && std::abs(found->z) <= kUneven) continue;
-        const char* const name = found ? mj_id2name(on_floor.get(), mjOBJ_GEOM, found->geom) : "";
         return UnevenStep{reference.t_s,
                           reference.command,
                           left,
-                          name ? name : "",
+                          name_of(*on_floor, mjOBJ_GEOM, found ? found->geom : -1),
                           {place.x(), place.y(), found ? found->z : 0}};
       }
     }

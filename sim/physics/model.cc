@@ -119,7 +119,7 @@ int upper_link(const mjModel& model, const std::string& link) {
                parent = static_cast<std::size_t>(model.body_parentid[body]);
     in_leg[i] = in_leg[parent] || std::ranges::find(legs, body) != legs.end();
     if (model.body_weldid[body] == 0 || in_leg[i]) continue;
-    links.emplace_back(mj_id2name(&model, mjOBJ_BODY, body));
+    links.push_back(name_of(model, mjOBJ_BODY, body));
     if (links.back() == link) return body;
   }
   throw std::invalid_argument(
@@ -142,6 +142,11 @@ int part(const mjModel& model, int type, const std::string& name) {
   const int id = mj_name2id(&model, type, name.c_str());
   if (id < 0) throw std::invalid_argument(fmt::format("the model has no {} '{}'", mju_type2Str(type), name));
   return id;
+}
+
+std::string name_of(const mjModel& model, int type, int id) {
+  const char* const name = id < 0 ? nullptr : mj_id2name(&model, type, id);
+  return name ? name : "";
 }
 
 Eigen::Isometry3d geom_pose(const mjData& data, int geom) {

@@ -61,6 +61,8 @@ std::vector<Eigen::Vector3d> corners(const mjModel_& model, const mjData_& data,
 std::vector<int> contacts(const mjModel_& model, int foot);
 /// Returns the index of a named part (mjtObj). Throws std::invalid_argument if the model has no such part.
 int part(const mjModel_& model, int type, const std::string& name);
+/// Returns the name of a part, or "" without one and for a negative index.
+std::string name_of(const mjModel_& model, int type, int id);
 
 /// Returns an independent copy. Opens no file.
 Model copy_of(const Model& model);

@@ -54,8 +54,7 @@ std::array<walking::Wrench, 2> LegLoads::wrenches(const walking::JointVector& q,
                                                   const walking::JointVector& torque) const {
   const mjModel& m = *model_;
   mjData& d = *data_;
-  Eigen::Map<Eigen::Matrix<double, 7, 1>>(d.qpos) << 0, 0, 0, 1, 0, 0, 0;
-  for (int joint = 0; joint < m.nu; ++joint) d.qpos[m.jnt_qposadr[m.actuator_trnid[2 * joint]]] = q[joint];
+  Eigen::Map<Eigen::VectorXd>(d.qpos, m.nq) = robot_positions(m, {Eigen::Isometry3d::Identity(), q});
   mj_kinematics(&m, &d);
   mj_comPos(&m, &d);
   mj_comVel(&m, &d);  // at rest

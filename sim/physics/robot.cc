@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "sim/physics/adapted.h"
+#include "sim/physics/nominal_body.h"
 
 namespace sim::physics {
 namespace {
@@ -25,7 +26,7 @@ class RobotReader {
 
   Robot read() {
     robot_.name = file_.folder.filename();
-    pose_at({});
+    pose_at(Eigen::VectorXd::Zero(m_.nu));
     read_joints();
     for (std::size_t side = 0; side < 2; ++side) {
       robot_.legs[side].joints = indices(fmt::format("legs.{}", kSides[side]), file_.legs[side]);
@@ -39,37 +40,29 @@ class RobotReader {
     try {
       walking::measure(robot_);
     } catch (const std::invalid_argument& e) {
-      fail("legs", e.what());
+      file_.fail("legs", e.what());
     }
     return std::move(robot_);
   }
 
  private:
-  [[noreturn]] void fail(const std::string& key, const std::string& message) const {
-    const auto place = file_.places.find(key);
-    throw std::invalid_argument(fmt::format(
-        "{}: {}: {}", place == file_.places.end() ? (file_.folder / "robot.yaml").string() : place->second,
-        key, message));
-  }
   [[noreturn]] void fail_model(const std::string& message) const {
     throw std::invalid_argument(fmt::format("{}: {}", (file_.folder / file_.model).string(), message));
   }
 
   int base() const {
     const int body = mj_name2id(&m_, mjOBJ_BODY, file_.base.c_str());
-    if (body < 0) fail("base", fmt::format("the model has no body '{}'", file_.base));
+    if (body < 0) file_.fail("base", fmt::format("the model has no body '{}'", file_.base));
     const int joint = m_.body_jntadr[body];
     if (joint != 0 || m_.jnt_type[joint] != mjJNT_FREE)
-      fail("base", fmt::format("body '{}' has no free joint, expected the model's first joint", file_.base));
+      file_.fail("base",
+                 fmt::format("body '{}' has no free joint, expected the model's first joint", file_.base));
     return body;
   }
 
   /// Computes all poses with the base at the origin.
   void pose_at(const Eigen::VectorXd& q) {
-    std::copy_n(m_.qpos0, m_.nq, data_->qpos);
-    Eigen::Map<Eigen::Matrix<double, 7, 1>>(data_->qpos) << 0, 0, 0, 1, 0, 0, 0;
-    for (int i = 0; i < m_.nu; ++i)
-      data_->qpos[m_.jnt_qposadr[m_.actuator_trnid[2 * i]]] = q.size() ? q[i] : 0;
+    Eigen::Map<Eigen::VectorXd>(data_->qpos, m_.nq) = robot_positions(m_, {Isometry3d::Identity(), q});
     mj_kinematics(&m_, data_.get());
     mj_comPos(&m_, data_.get());
   }
@@ -88,7 +81,7 @@ class RobotReader {
   void read_joints() {
     for (int i = 0; i < m_.nu; ++i) {
       const int joint = m_.actuator_trnid[2 * i];
-      const std::string name = mj_id2name(&m_, mjOBJ_JOINT, joint);
+      const std::string name = name_of(m_, mjOBJ_JOINT, joint);
       if (i > 0 && joint <= joints_.back())
         fail_model(fmt::format("the servo of {} is out of the joints' order", name));
       walking::Joint& made = robot_.joints.emplace_back();
@@ -110,7 +103,7 @@ class RobotReader {
   int index(const std::string& key, const std::string& name) const {
     const auto found = std::ranges::find(robot_.joints, name, &walking::Joint::name);
     if (found == robot_.joints.end())
-      fail(key, fmt::format("the model has no joint '{}' with a servo", name));
+      file_.fail(key, fmt::format("the model has no joint '{}' with a servo", name));
     return static_cast<int>(found - robot_.joints.begin());
   }
   std::vector<int> indices(const std::string& key, const std::vector<std::string>& names) const {
@@ -133,8 +126,8 @@ class RobotReader {
     const std::string key = fmt::format("feet.{}", kSides[side]);
     const int sole = site(fmt::format("{}_sole", kSides[side])), foot = m_.site_bodyid[sole];
     if (mover(foot) != leg.joints.back())
-      fail(key, fmt::format("body '{}' is not on the link of {}", file_.feet[side].body,
-                            robot_.joints[static_cast<std::size_t>(leg.joints.back())].name));
+      file_.fail(key, fmt::format("body '{}' is not on the link of {}", file_.feet[side].body,
+                                  robot_.joints[static_cast<std::size_t>(leg.joints.back())].name));
     const Isometry3d X_WS = site_pose(sole);
     leg.X_FS = X_WS;
     leg.X_FS.pretranslate(-anchor(joints_[static_cast<std::size_t>(leg.joints.back())]));
@@ -145,12 +138,13 @@ class RobotReader {
     for (const int geom : contacts(m_, foot)) extend(shape, X_WS.inverse(), geom);
     leg.sole_min = shape.min().head<2>(), leg.sole_max = shape.max().head<2>();
     if (!(leg.sole_min.array() < leg.sole_max.array()).all())
-      fail(key, fmt::format("body '{}' has no sole, expected geoms that touch the floor at several places",
-                            file_.feet[side].body));
+      file_.fail(key,
+                 fmt::format("body '{}' has no sole, expected geoms that touch the floor at several places",
+                             file_.feet[side].body));
     if (!(std::abs(shape.min().z()) <= kSoleDepth))
-      fail(key,
-           fmt::format("the contacts end {:.4g} m {} the point sole_m, expected this point on the ground",
-                       std::abs(shape.min().z()), shape.min().z() > 0 ? "above" : "below"));
+      file_.fail(
+          key, fmt::format("the contacts end {:.4g} m {} the point sole_m, expected this point on the ground",
+                           std::abs(shape.min().z()), shape.min().z() > 0 ? "above" : "below"));
     for (int body = foot; mover(body) == leg.joints.back(); body = m_.body_parentid[body])
       for (int k = m_.body_jntnum[body]; k-- > 0;) add_spring(leg, X_WS, m_.body_jntadr[body] + k);
   }
@@ -170,7 +164,7 @@ class RobotReader {
     if (std::ranges::find(joints_, joint) != joints_.end()) return;
     if (!(m_.jnt_stiffness[joint] > 0) || m_.jnt_type[joint] == mjJNT_BALL)
       fail_model(fmt::format("joint {} below the ankle has neither a servo nor a stiffness",
-                             mj_id2name(&m_, mjOBJ_JOINT, joint)));
+                             name_of(m_, mjOBJ_JOINT, joint)));
     leg.bush.insert(
         leg.bush.begin(),
         {m_.jnt_type[joint] == mjJNT_HINGE, X_WS.linear().transpose() * Vector3d(data_->xaxis + 3 * joint),
@@ -191,8 +185,8 @@ class RobotReader {
       const walking::Joint& joint = robot_.joints[static_cast<std::size_t>(i)];
       constexpr double kDegree = std::numbers::pi / 180;
       if (angle < joint.lowest || angle > joint.highest)
-        fail(key, fmt::format("is {:g}, expected {:.4g} to {:.4g}, the joint's range", angle / kDegree,
-                              joint.lowest / kDegree, joint.highest / kDegree));
+        file_.fail(key, fmt::format("is {:g}, expected {:.4g} to {:.4g}, the joint's range", angle / kDegree,
+                                    joint.lowest / kDegree, joint.highest / kDegree));
       robot_.posture[i] = angle;
     }
     pose_at(robot_.posture);
@@ -230,11 +224,9 @@ controllers::RobotDescription describe(const Models& models, const RobotFile& fi
   description.measures_wrenches = models.has_force_sensors;
   description.model = to_xml(adapt(file).root);
   const Data data(mj_makeData(&m));
-  std::copy_n(m.qpos0, m.nq, data->qpos);
-  Eigen::Map<Eigen::Matrix<double, 7, 1>>(data->qpos) << 0, 0, 0, 1, 0, 0, 0;
+  Eigen::Map<Eigen::VectorXd>(data->qpos, m.nq) = robot_positions(m, {Isometry3d::Identity(), robot.posture});
   for (int i = 0; i < m.nu; ++i) {
     const int joint = m.actuator_trnid[2 * i], dof = m.jnt_dofadr[joint];
-    data->qpos[m.jnt_qposadr[joint]] = robot.posture[i];
     description.motors.push_back(
         {.armature = m.dof_armature[dof], .kp = m.actuator_gainprm[mjNGAIN * i], .kd = m.dof_damping[dof]});
   }

@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <map>
+#include <stdexcept>
 
 #include "sim/rig/rig.h"
 #include "walking/robot.h"
@@ -58,6 +59,13 @@ struct RobotFile {
 
   walking::StepLimits step;
   std::map<std::string, std::string> places;  ///< "file:line:column" of each key, for messages
+
+  /// Throws std::invalid_argument "file:line:column: key: message".
+  [[noreturn]] void fail(const std::string& key, const std::string& message) const {
+    const auto place = places.find(key);
+    throw std::invalid_argument((place == places.end() ? (folder / "robot.yaml").string() : place->second) +
+                                ": " + key + ": " + message);
+  }
 };
 
 }  // namespace sim::physics

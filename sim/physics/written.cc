@@ -65,10 +65,7 @@ Writer::Writer(const mjModel& model, const model_file::ModelFile& file, std::str
       meshes_[m_.geom_dataid[geom]] = turned_pose_in(m_.geom_pos + 3 * geom, m_.geom_quat + 4 * geom);
 }
 
-std::string Writer::name(int type, int id) const {
-  const char* const own = mj_id2name(&m_, type, id);
-  return own ? own : "";
-}
+std::string Writer::name(int type, int id) const { return name_of(m_, type, id); }
 
 // The bench has sites of its own.
 std::string Writer::site_name(int site) const {
