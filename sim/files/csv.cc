@@ -5,30 +5,10 @@
 #include <algorithm>
 
 namespace sim::files {
-namespace {
-
-constexpr std::pair<std::string_view, const char*> kFormats[] = {{"\x1f\x8b", "compressed (gzip)"},
-                                                                 {"\x28\xb5\x2f\xfd", "compressed (zstd)"},
-                                                                 {"\xfd"
-                                                                  "7zXZ",
-                                                                  "compressed (xz)"},
-                                                                 {"BZh", "compressed (bzip2)"},
-                                                                 {"PK\3\4", "compressed (zip)"},
-                                                                 {"7z\xbc\xaf", "compressed (7z)"},
-                                                                 {"\x04\x22\x4d\x18", "compressed (lz4)"},
-                                                                 {"\x93NUMPY", "a NumPy array"},
-                                                                 {"#ROSBAG", "a ROS bag"},
-                                                                 {"\x89MCAP", "an MCAP file"},
-                                                                 {"\x89HDF", "an HDF5 file"},
-                                                                 {"SQLite format 3", "an SQLite database"}};
-
-}  // namespace
 
 void require_utf8(const fs::path& file, std::string_view start) {
-  for (const auto& [magic, name] : kFormats)
-    if (start.starts_with(magic)) throw FileError(file, "is {}, expected plain text", name);
   if (start.substr(0, 64).find('\0') != start.npos)
-    throw FileError(file, "is UTF-16, UTF-32 or binary, expected text in UTF-8");
+    throw FileError(file, "is compressed, binary, UTF-16 or UTF-32, expected plain text in UTF-8");
 }
 
 CsvReader::CsvReader(const fs::path& file, Writer writer)

@@ -99,7 +99,8 @@ TEST(InputFile, IsRejectedBeforeItIsReadIfTooLarge) {
               HasSubstr("has 1099511627776 bytes, expected at most 17179869184"));
   EXPECT_THAT(error_of([&] { CsvReader rows(large, {"a,b"}); }),
               HasSubstr("large:1: has more than 1048576 characters"));
-  EXPECT_THAT(error_of([&] { CsvReader rows(large); }), HasSubstr("large: is UTF-16, UTF-32 or binary"));
+  EXPECT_THAT(error_of([&] { CsvReader rows(large); }),
+              HasSubstr("large: is compressed, binary, UTF-16 or UTF-32"));
 }
 
 TEST(Sanitize, ControlCharactersAreReplaced) {

@@ -140,14 +140,7 @@ TEST_F(TrajectoryFileTest, LinesOfALostProgramAreLeftOutWithAWarning) {
   const TrajectoryFile lost = read("1 1 2 3 0 0 0 1\n2 nan nan nan nan nan nan nan\n3 1 2 3 0 0 0 1\n");
   EXPECT_EQ(lost.rows.size(), 2u);
   EXPECT_EQ(lost.warning, "1 line without a position left out");
-  for (const auto& [start, name] : {std::pair(std::string("\x1f\x8b\x08\0", 4), "compressed (gzip)"),
-                                    {"PK\3\4", "compressed (zip)"},
-                                    {"#ROSBAG V2.0", "a ROS bag"},
-                                    {std::string("\xff\xfe"
-                                                 "1\0 \0",
-                                                 6),
-                                     "UTF-16, UTF-32 or binary"}})
-    expect_rejected(start, std::string(": is ") + name);
+  expect_rejected(std::string("\x1f\x8b\x08\0", 4), ": is compressed, binary, UTF-16 or UTF-32");
 }
 
 TEST_F(TrajectoryFileTest, KittiHasTimesInASeparateFileOrNone) {
