@@ -1,5 +1,3 @@
-#include <stdlib.h>
-
 #include <iostream>
 
 #include "sim/files/atomic_file.h"
@@ -18,7 +16,6 @@ constexpr const char* kRobotExamples = R"(Examples:
 See "Your own robot in an hour" in models/README.md.)";
 constexpr const char* kRobotCheckExamples = R"(Examples:
   gaitslam robot check models/robots/hrp2
-  gaitslam robot check unitree/g1_29dof.xml  # a model without robot.yaml: uses what robot init would guess
 Exit codes: 0 the robot stands and walks in place; 1 it does not; 2 it cannot be read.)";
 
 constexpr const char* kWalkerExamples = R"(Example:
@@ -36,47 +33,13 @@ struct RobotRequest {
   std::optional<fs::path> out;
 };
 
-/// A guessed robot.yaml in a temporary folder, which the destructor removes.
-class GuessedRobot {
- public:
-  explicit GuessedRobot(const fs::path& model) {
-    const std::string text = physics::first_robot_file(model, fs::absolute(model).string());
-    std::string pattern = (fs::temp_directory_path() / "gaitslam-robot-XXXXXX").string();
-    if (!mkdtemp(pattern.data())) files::fail_by_errno(pattern, "cannot be made");
-    folder_ = pattern;
-    files::write_text(folder_ / "robot.yaml", text);
-  }
-  ~GuessedRobot() {
-    std::error_code ignored;
-    fs::remove_all(folder_, ignored);
-  }
-  GuessedRobot(const GuessedRobot&) = delete;
-  GuessedRobot& operator=(const GuessedRobot&) = delete;
-  const fs::path& folder() const { return folder_; }
-
- private:
-  fs::path folder_;
-};
-
-constexpr const char* kGuess = "no robot.yaml (using what gaitslam robot init would guess)";
-
 int check_one(RobotRequest& request) {
-  const auto print = [](const std::string& line) { std::cout << line << std::endl; };
-  if (fs::is_directory(request.robot)) return live::check_robot(request.robot, print) ? 0 : 1;
-  const GuessedRobot guessed(request.robot);
-  const auto without_folder = [&](std::string text) {
-    for (const std::string& folder : {guessed.folder().string() + "/", guessed.folder().string()})
-      for (std::size_t at = text.find(folder); at != text.npos; at = text.find(folder))
-        text.replace(at, folder.size(), folder.ends_with('/') ? "guessed " : kGuess);
-    return text;
-  };
-  try {
-    return live::check_robot(guessed.folder(), [&](const std::string& line) { print(without_folder(line)); })
-               ? 0
-               : 1;
-  } catch (const std::exception& e) {
-    throw std::runtime_error(without_folder(e.what()));
-  }
+  if (!fs::is_directory(request.robot))
+    throw UsageError("robot check {}: expected a folder with robot.yaml; 'gaitslam robot init' writes one",
+                     request.robot.string());
+  return live::check_robot(request.robot, [](const std::string& line) { std::cout << line << std::endl; })
+             ? 0
+             : 1;
 }
 
 int write_first(RobotRequest& request) {
@@ -103,8 +66,7 @@ void add_robot(CLI::App& app, int& exit_code) {
   auto [checker, check_request] = add_command(
       command, exit_code, "check", "Print what is read from a robot; make it stand 5 s and walk in place",
       kRobotCheckExamples, check_one);
-  checker.add_option("robot", check_request.robot, "folder with robot.yaml, or a model file, MJCF or URDF")
-      ->required();
+  checker.add_option("robot", check_request.robot, "folder with robot.yaml")->required();
   auto [writer, init_request] =
       add_command(command, exit_code, "init",
                   "Write a first robot.yaml with guessed feet, legs, base, chest and head", "", write_first);

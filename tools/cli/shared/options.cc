@@ -10,20 +10,6 @@
 #include "tools/cli/jobs/jobs.h"
 
 namespace cli {
-namespace {
-
-void require_model(const scenario::ReadScenario& read, const std::string& key, const std::string& name,
-                   const std::set<std::string>& known) {
-  if (known.contains(name)) return;
-  const auto set_by = read.origin.find(key);
-  const std::vector<std::string_view> candidates(known.begin(), known.end());
-  throw scenario::ConfigError(fmt::format("{}: {}: is '{}', expected one of {}{}",
-                                          set_by == read.origin.end() ? read.scenario.name : set_by->second,
-                                          key, name, fmt::join(known, ", "),
-                                          scenario::did_you_mean(name, candidates)));
-}
-
-}  // namespace
 
 void add_quiet(CLI::App& command) {
   command.add_flag_callback(
@@ -115,32 +101,27 @@ void print_view(const std::string& url) {
   (output() == Output::text ? std::cout : std::cerr) << "view at " << url << std::endl;
 }
 
-// A room file contains shapes; a file that rooms share contains none.
 void require_models(const scenario::ReadScenario& read, const fs::path& models) {
-  std::set<std::string> robots, rooms;
   std::error_code fault;
-  for (const auto& entry : fs::directory_iterator(models, fault)) {
-    if (entry.path().extension() != ".xml") continue;
-    const std::string text = files::read_text(entry.path());
-    if (text.find("<geom", std::min(text.size(), text.find("<worldbody"))) != text.npos)
-      rooms.insert(entry.path().stem());
-  }
-  if (rooms.empty()) throw files::FileError(models, "has no models");
-  const physics::NameOrPath& robot = read.scenario.world.robot;
-  const fs::path folder = scenario::robot_folder(robot);
-  if (!fs::exists(folder / "robot.yaml", fault)) {
-    if (robot.is_path())
-      fail(scenario::place_of(read, "world.robot"), "world.robot",
-           fmt::format("{} has no robot.yaml; 'gaitslam robot init' writes one", std::string(robot)));
-    for (const auto& entry : fs::directory_iterator(folder.parent_path(), fault))
-      robots.insert(entry.path().filename());
-    require_model(read, "world.robot", robot, robots);
-  }
-  const physics::NameOrPath& room = read.scenario.world.room;
-  if (!room.is_path()) return require_model(read, "world.room", room, rooms);
-  if (!fs::is_regular_file(std::string(room), fault))
-    fail(scenario::place_of(read, "world.room"), "world.room",
-         fmt::format("{} does not exist", std::string(room)));
+  const auto require = [&](const char* key, const physics::NameOrPath& named, const fs::path& file,
+                           const fs::path& beside, const char* extension, const char* cure) {
+    if (fs::is_regular_file(file, fault)) return;
+    std::set<std::string> known;
+    for (const auto& entry : fs::directory_iterator(beside, fault))
+      if (entry.path().extension() == extension) known.insert(entry.path().stem());
+    const std::vector<std::string> names(known.begin(), known.end());
+    const std::string text = named;
+    fail(scenario::place_of(read, key), key,
+         named.is_path() ? fmt::format("{}{}", text, cure)
+                         : fmt::format("is '{}', expected one of {}{}", text, fmt::join(names, ", "),
+                                       scenario::did_you_mean(text, names)));
+  };
+  const physics::WorldOptions& world = read.scenario.world;
+  const fs::path robot = scenario::robot_folder(world.robot), room = std::string(world.room);
+  require("world.robot", world.robot, robot / "robot.yaml", robot.parent_path(), "",
+          " has no robot.yaml; 'gaitslam robot init' writes one");
+  require("world.room", world.room, world.room.is_path() ? room : models / (room.string() + ".xml"), models,
+          ".xml", " does not exist");
 }
 
 }  // namespace cli
