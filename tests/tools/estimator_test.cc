@@ -96,26 +96,31 @@ TEST_F(ExternalEstimator, ATimeModelIsReportedAndAMeasuredOneIsNotRepeatable) {
 }
 
 // The bound is a tenth of the path. Without noise, the walk turns and moves as planned except for its slip.
-TEST_F(ExternalEstimator, GyroAndPlanFollowsTheWalkInPythonAndWhenCompiledAsInTheReadme) {
-  const std::string example = kSources + "/tools/examples/gyro_and_plan";
-  const auto poses = [&](const std::string& program) {
-    ok("replay r/seed-1 --out out --force \"estimator={program: " + program +
-       "}\" errors.gyro.sigma_rad_s=0");
-    return sim::files::read_tum(folder_ / "out/estimate.tum");
-  };
-  const auto python = poses("[/usr/bin/python3, " + example + ".py]");
+TEST_F(ExternalEstimator, GyroAndPlanFollowsTheWalk) {
+  ok("replay r/seed-1 --out out \"estimator={program: [/usr/bin/python3, " + kSources +
+     "/tools/examples/gyro_and_plan.py]}\" errors.gyro.sigma_rad_s=0");
   EXPECT_LT(metric(folder_ / "out", "rmse_m"), metric(folder_ / "out", "path_length_m") / 10);
   EXPECT_EQ(json_in("out/score.json")["estimator"], "gyro_and_plan");
-  shell("ln -s '" + kSources + "/sim' . && cp " + example + ".c mine.c && cp mine.c mine.cc").ends(0);
+}
+
+TEST_F(ExternalEstimator, PlanAloneCompiledAsInTheReadmeGivesThePosesOfTheBuiltInOne) {
+  const auto poses = [&](const std::string& program) {
+    ok("replay r/seed-1 --out out --force estimator=" + program);
+    return sim::files::read_tum(folder_ / "out/estimate.tum");
+  };
+  const auto built_in = poses("plan_alone");
+  shell("ln -s '" + kSources + "/sim' . && cp '" + kSources +
+        "/tools/examples/plan_alone.c' mine.c && cp mine.c mine.cc")
+      .ends(0);
   for (const char* compiler : {"cc", "c++"}) {
     shell("eval \"$(sed -n 's|^    " + std::string(compiler) + " |" + compiler +
           " |p' sim/estimators/README.md)\"")
         .ends(0);
     EXPECT_THAT(shell("./mine < /dev/null").ends(2).err, Has("the standard input ends without END"));
-    const auto compiled = poses("./mine");
-    ASSERT_EQ(compiled.size(), python.size());
-    for (std::size_t i = 0; i < python.size(); ++i)
-      EXPECT_TRUE(compiled[i].X.isApprox(python[i].X, 1e-9)) << i;
+    const auto compiled = poses("'{program: ./mine}'");
+    ASSERT_EQ(compiled.size(), built_in.size());
+    for (std::size_t i = 0; i < built_in.size(); ++i)
+      EXPECT_TRUE(compiled[i].X.isApprox(built_in[i].X, 1e-9)) << i;
     shell("rm mine");
   }
 }
@@ -132,7 +137,7 @@ TEST_F(ExternalEstimator, AProgramThatRejectsItsStartIsFoundBeforeTheWalk) {
 
 /// The C++ program of tools/examples on a recording of a straight walk of 1 m. The bounds are a twentieth of
 /// the path, chosen before the first try; a program that stands still misses them by far.
-TEST_F(LongExternalEstimator, TheExampleTracksTheWalkByStereoOrDepth) {
+TEST_F(LongExternalEstimator, TheExampleTracksTheWalkByStereo) {
   for (const char* folder : {"sim", "tools"})
     fs::create_directory_symlink(kSources + "/" + folder, folder_ / folder);
   shell("eval \"$(sed -n 's|^// *c++ |c++ |p' tools/examples/visual_odometry.cc)\"").ends(0);  // its own line
@@ -148,7 +153,6 @@ TEST_F(LongExternalEstimator, TheExampleTracksTheWalkByStereoOrDepth) {
                     nothing = fmt::format("['{}', nothing]", GAITSLAM_MISBEHAVING);
   for (const auto& [program, more, follows] :
        {std::tuple<std::string, std::string, bool>{"./visual_odometry", "", true},
-        {"./visual_odometry, options: {depth: camera}", "", true},
         {"./visual_odometry", frozen, false},
         {nothing, "", false}}) {
     replay("{program: " + program + "}", more);
@@ -163,7 +167,7 @@ TEST_F(LongExternalEstimator, TheExampleTracksTheWalkByStereoOrDepth) {
     EXPECT_GT(text_of("out/map.csv").size(), 2000u) << program;
   }
   ok("evaluate r/seed-1 --format tum --out e --command 'grep -v ^# {folder}/plan.txt > {trajectory}'");
-  EXPECT_EQ(json_in("e/line/seed-1/about.json")["alignment"], "se3") << "depth has a scale";
+  EXPECT_EQ(json_in("e/line/seed-1/about.json")["alignment"], "se3") << "stereo has a scale";
 }
 
 // The estimator starts another process in a new session, waits and never answers.

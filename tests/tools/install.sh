@@ -15,7 +15,7 @@ for file in bin/gaitslam include/gaitslam_estimator.h share/gaitslam/models/robo
 done
 
 # An installed example compiles with one line.
-cc -DGAITSLAM_ESTIMATOR_MAIN -I usr/include -o gyro usr/share/gaitslam/examples/gyro_and_plan.c -lm
+cc -DGAITSLAM_ESTIMATOR_MAIN -I usr/include -o mine usr/share/gaitslam/examples/plan_alone.c
 
 # The manual page names every command, and completion offers them and their options.
 usr/bin/gaitslam --help | sed -n '/^Subcommands:/,/^$/s/^  \([a-z]*\) .*/\1/p' >commands

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""An estimator without images: gyro_and_plan.c in Python, with numpy.
+"""An estimator without images: integrates the gyro to an orientation, and the planned velocity along it.
 
     tools/gaitslam replay RESULT 'estimator={program: [/usr/bin/python3, tools/examples/gyro_and_plan.py], name: gyro}'
 

@@ -1,10 +1,9 @@
 // Visual odometry with OpenCV: corners, optical flow, and the pose with the smallest residuals. The depths of
-// corners come from the second gray camera of the rig (stereo) or, with the option depth=camera, from a depth
-// camera that is aligned with the head's gray camera.
+// corners come from the second gray camera of the rig.
 //
 // clang-format off
 //     c++ -std=c++17 -O2 -DGAITSLAM_ESTIMATOR_MAIN -I sim/estimators -I /usr/include/opencv4 -o visual_odometry tools/examples/visual_odometry.cc -lopencv_video -lopencv_calib3d -lopencv_imgproc -lopencv_core
-//     tools/gaitslam run scenarios/office_d435i_mid360.yaml 'estimator={program: ./visual_odometry, options: {depth: camera}}'
+//     tools/gaitslam run scenarios/office_d435i_mid360.yaml 'estimator={program: ./visual_odometry}'
 // clang-format on
 //
 // On Debian: apt-get install libopencv-video-dev libopencv-calib3d-dev. The program has no loop closure and
@@ -77,13 +76,11 @@ std::optional<cv::Point3d> triangulated(const Pose& X_WA, const cv::Point2d& ray
   return fits ? std::optional(p_W) : std::nullopt;
 }
 
-/// A second sensor that measures the depths of the corners in a single frame.
-class DepthSensor {
+/// A second camera, which shows the depths of the corners in a single frame.
+class SecondEye {
  public:
-  /// number: of a gray camera or a depth camera.
-  DepthSensor(const gaitslam_sensors& sensors, uint32_t number)
+  SecondEye(const gaitslam_sensors& sensors, uint32_t number)
       : number_(number),
-        measures_depth_(sensors.cameras[number].kind == GAITSLAM_CAMERA_DEPTH),
         ahead_ns_(std::llround(1e9 * sensors.cameras[number].time_offset_s)),
         lens_(sensors.cameras[number].equidistant),
         X_CK_(pose_of(sensors.cameras[number].X_CK)) {}
@@ -95,24 +92,14 @@ class DepthSensor {
     for (uint32_t i = 0; i < rig.counts.images; ++i) {
       const gaitslam_image& other = rig.images[i];
       if (other.camera != number_ || std::abs(other.t_ns - ahead_ns_ - t_ns) > kSameTime_ns) continue;
-      const cv::Mat pixels(static_cast<int>(other.height_px), static_cast<int>(other.width_px),
-                           measures_depth_ ? CV_16UC1 : CV_8UC1,
+      const cv::Mat pixels(static_cast<int>(other.height_px), static_cast<int>(other.width_px), CV_8UC1,
                            const_cast<uint8_t*>(rig.data + other.at_byte), other.row_bytes);
-      measures_depth_ ? read(pixels, tracks, all) : triangulate(image, pixels, tracks, all);
+      triangulate(image, pixels, tracks, all);
     }
     return all;
   }
 
  private:
-  static void read(const cv::Mat& depth, const std::vector<Track>& tracks,
-                   std::vector<std::optional<cv::Point3d>>& points) {
-    for (std::size_t i = 0; i < tracks.size(); ++i) {
-      const cv::Point pixel(tracks[i].pixel);  // rounded
-      if (!cv::Rect({}, depth.size()).contains(pixel)) continue;
-      const double z = 1e-3 * depth.at<uint16_t>(pixel);
-      if (z > 0) points[i] = {z * tracks[i].ray.x, z * tracks[i].ray.y, z};
-    }
-  }
   void triangulate(const cv::Mat& left, const cv::Mat& right, const std::vector<Track>& tracks,
                    std::vector<std::optional<cv::Point3d>>& points) const {
     if (tracks.empty()) return;
@@ -127,25 +114,17 @@ class DepthSensor {
   }
 
   uint32_t number_;
-  bool measures_depth_;
   int64_t ahead_ns_;  // of its stamps
   gaitslam_lens lens_;
   Pose X_CK_;
 };
 
-/// Returns the sensor selected by the options. Throws std::invalid_argument.
-DepthSensor depth_sensor(const std::string& options, const gaitslam_sensors& sensors) {
-  const bool stereo = options.empty();
-  if (!stereo && options != "depth=camera\n")
-    throw std::invalid_argument("unknown option, expected none or depth=camera");
-  for (uint32_t i = 1; i < sensors.counts.cameras; ++i) {
-    const gaitslam_camera& camera = sensors.cameras[i];
-    if (stereo ? camera.kind == GAITSLAM_CAMERA_GRAY
-               : camera.kind == GAITSLAM_CAMERA_DEPTH && camera.aligned_with == 0)
-      return {sensors, i};
-  }
-  throw std::invalid_argument(stereo ? "the rig has no second gray camera"
-                                     : "the rig has no depth camera aligned with cam0");
+/// Throws std::invalid_argument for options and without a second gray camera.
+SecondEye second_eye(const std::string& options, const gaitslam_sensors& sensors) {
+  if (!options.empty()) throw std::invalid_argument("unknown option, expected none");
+  for (uint32_t i = 1; i < sensors.counts.cameras; ++i)
+    if (sensors.cameras[i].kind == GAITSLAM_CAMERA_GRAY) return {sensors, i};
+  throw std::invalid_argument("the rig has no second gray camera");
 }
 
 class VisualOdometry {
@@ -155,7 +134,7 @@ class VisualOdometry {
   VisualOdometry(const gaitslam_start& start, const gaitslam_sensors& sensors, const std::string& options)
       : lens_(sensors.cameras[0].equidistant),
         residual_(kResidual_px / lens_.focal_px[0]),
-        depth_(depth_sensor(options, sensors)),
+        second_(second_eye(options, sensors)),
         X_WC_(pose_of(start.X_WC)) {
     cv::setNumThreads(1);
   }
@@ -253,7 +232,7 @@ class VisualOdometry {
   /// Updates each map point, the mean of all its measurements. Weights are inverse squares of the error,
   /// which grows with z².
   void measure_depths(const cv::Mat& image, const gaitslam_rig& rig, int64_t t_ns) {
-    const auto points = depth_.points(image, tracks_, rig, t_ns);
+    const auto points = second_.points(image, tracks_, rig, t_ns);
     for (std::size_t i = 0; i < tracks_.size(); ++i) {
       if (!points[i]) continue;
       Track& track = tracks_[i];
@@ -279,7 +258,7 @@ class VisualOdometry {
 
   gaitslam_lens lens_;
   double residual_;  // of a static point, in the plane z = 1
-  DepthSensor depth_;
+  SecondEye second_;
   Pose X_WC_, step_;  // step_: from the last frame
   int64_t t_ns_ = -1;
   bool sees_ = false;      // an image
