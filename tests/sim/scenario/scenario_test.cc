@@ -48,7 +48,7 @@ TEST(Scenario, EachBadScenarioIsRejectedWithItsPlaceAndWhatWasExpected) {
       EXPECT_EQ(complaint(text), "test.yaml:" + expected) << text;
     at = end;
   }
-  EXPECT_GE(count, 120);
+  EXPECT_GE(count, 110);
   const std::string two_hours = "walk.commands: [stand: {duration_s: 3600}, stand: {duration_s: 3600}]";
   EXPECT_EQ(complaint(two_hours), "");
   EXPECT_THAT(complaint(std::string("world: {room: \0x}", 18)), StartsWith("test.yaml:1:1: has a zero byte"));
