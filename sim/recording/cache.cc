@@ -82,14 +82,12 @@ bool Cache::is_whole(const std::string& key, const Say& say) const {
   return false;
 }
 
-void Cache::make_entry(const std::string& key, const Label& label, const Make& make) const {
+void Cache::make_entry(const std::string& key, const Make& make) const {
   files::AtomicFolder folder(place_.folder / key);
   const fs::path result = folder.path() / "result";
   make(result);
   const ordered_json entry{{"format_version", 6},
                            {"recording", Manifest(result / "recording").hash()},
-                           {"scenario", label.scenario},
-                           {"seed", label.seed},
                            {"bytes", size_of(folder.path())}};
   files::write_text(folder.path() / "entry.json", files::json_text(entry, 2) + "\n");
   folder.commit();
@@ -103,8 +101,7 @@ std::optional<CachedRecording> Cache::find(const std::string& key, const Say& sa
   return CachedRecording{place_.folder / key / "result", false, std::move(*shared)};
 }
 
-CachedRecording Cache::get(const std::string& key, const Label& label, const Make& make,
-                           const Say& say) const {
+CachedRecording Cache::get(const std::string& key, const Make& make, const Say& say) const {
   constexpr int kAttempts = 5;  // other processes may keep removing it
   const Say nothing = [](const std::string&) {};
   std::error_code fault;
@@ -120,23 +117,20 @@ CachedRecording Cache::get(const std::string& key, const Label& label, const Mak
     require_writable(place_.folder, "lacks an intact copy of this recording, and cannot store one: ");
     const std::optional<FileLock> alone = FileLock::acquire(lock_file(key), FileLock::How::exclusive);
     if (is_whole(key, say)) continue;  // recorded by another process in the meantime
-    make_entry(key, label, make);
+    make_entry(key, make);
     made = true;
   }
   throw FileError(place_.folder / key, "was recorded, but then removed or damaged by another process");
 }
 
 Cache::Entry Cache::read_entry(const std::string& key) const {
-  const bool in_use = !FileLock::acquire(lock_file(key), FileLock::How::try_exclusive);
   struct stat status {};
   ::stat(lock_file(key).c_str(), &status);
   const std::int64_t last_used = status.st_mtim.tv_sec * 1'000'000'000 + status.st_mtim.tv_nsec;
   try {
-    const files::Json read = files::read_json(place_.folder / key / "entry.json");
-    const Label label{read.at("scenario").text(), read.at("seed").whole()};
-    return {label, key, read.at("bytes").whole(), last_used, in_use};
-  } catch (const FileError&) {
-    return {{"(damaged)"}, key, size_of(place_.folder / key), last_used, in_use};
+    return {key, files::read_json(place_.folder / key / "entry.json").at("bytes").whole(), last_used};
+  } catch (const FileError&) {  // damaged
+    return {key, size_of(place_.folder / key), last_used};
   }
 }
 

@@ -29,11 +29,6 @@ struct CachedRecording {
 /// even if some of them can only read it.
 class Cache {
  public:
-  /// What describes an entry.
-  struct Label {
-    std::string scenario;
-    std::uint64_t seed = 0;
-  };
   /// Creates a complete result folder at a path that does not exist yet.
   using Make = std::function<void(const fs::path&)>;
   /// Receives a description of each damaged file.
@@ -47,13 +42,12 @@ class Cache {
   /// Returns the recording with that key. If it is missing or damaged it is recorded while other processes
   /// wait, and the least recently used recordings beyond the cache's size are removed. Throws FileError, and
   /// whatever `make` throws.
-  CachedRecording get(const std::string& key, const Label& label, const Make& make, const Say& say) const;
+  CachedRecording get(const std::string& key, const Make& make, const Say& say) const;
 
-  struct Entry : Label {
+  struct Entry {
     std::string key;
     std::uintmax_t bytes = 0;
     std::int64_t last_used_ns = 0;  ///< since 1970
-    bool in_use = false;
   };
   /// Returns the entries (folders with the program's marker), least recently used first.
   std::vector<Entry> list() const;
@@ -71,7 +65,7 @@ class Cache {
  private:
   fs::path lock_file(const std::string& key) const;
   bool is_whole(const std::string& key, const Say& say) const;
-  void make_entry(const std::string& key, const Label& label, const Make& make) const;
+  void make_entry(const std::string& key, const Make& make) const;
   Entry read_entry(const std::string& key) const;
   bool remove_if_unused(const std::string& key) const;
 

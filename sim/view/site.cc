@@ -180,8 +180,6 @@ void add_frames(Site& site, std::size_t run, const std::shared_ptr<Playback>& pl
   Series series(playback->run.sole);
   for (Frame& frame : playback->frames) series.add(frame);
   site.add(fmt::format("/series/{}", run), bytes_resource(series.bytes()));
-  site.preload(fmt::format("/series/{}", run));
-  site.preload(fmt::format("/frames/{}/0", run));
   const std::vector<std::size_t> begins = pieces_of(playback->frames);
   site.add_list(fmt::format("/frames/{}", run),
                 [playback, begins](std::size_t piece) -> std::optional<Resource> {
@@ -300,12 +298,10 @@ Site::Site(const std::vector<ShownRun>& runs, ordered_json about) : page_(gaitsl
       resource("text/css; charset=utf-8", std::string(gaitslam_view_style()) + pages::figure_style()));
   add("/icon.svg", resource("image/svg+xml", kIcon));
   about["runs"] = ordered_json::array();
-  preload("/about");
   for (std::size_t i = 0; i < runs.size(); ++i) {
     about["runs"].push_back(json_of(runs[i]));
     if (!runs[i].model || i > 0) continue;  // the page shows a single room and robot
     add("/model/0", bytes_resource(runs[i].model->pieces));
-    preload("/model/0");
     using Pictures = std::vector<std::string>;
     add_list("/picture/0",
              [paint = runs[i].model->pictures,
@@ -325,12 +321,6 @@ Site::Site(const std::vector<ShownRun>& runs, ordered_json about) : page_(gaitsl
 }
 
 void Site::add(const std::string& path, Resource resource) { files_[path] = std::move(resource); }
-
-void Site::preload(const std::string& path) {
-  page_.insert(
-      page_.find("</head>"),
-      fmt::format("<link rel=\"preload\" as=\"fetch\" crossorigin href=\".{}?token=TOKEN\">\n", path));
-}
 
 void Site::add_list(const std::string& folder, std::function<std::optional<Resource>(std::size_t)> element) {
   lists_[folder] = std::move(element);

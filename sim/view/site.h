@@ -64,8 +64,6 @@ class Site {
   Site(const std::vector<ShownRun>& runs, nlohmann::ordered_json about);
 
   void add(const std::string& path, Resource resource);
-  /// Makes browsers fetch this path early, before the page's script, which needs it first, has run.
-  void preload(const std::string& path);
   /// Adds a list as <folder>/<number>; `element` returns nullopt past the end.
   void add_list(const std::string& folder, std::function<std::optional<Resource>(std::size_t)> element);
 

@@ -1,5 +1,3 @@
-#include <fmt/chrono.h>
-
 #include <iostream>
 
 #include "sim/replay/replay.h"
@@ -188,37 +186,20 @@ int record(RecordRequest& request) {
 }
 
 constexpr const char* kCacheExamples = R"(Examples:
-  gaitslam cache list
   gaitslam cache clean            # removes all recordings that are not in use
   gaitslam cache clean --to 5     # removes the least recently used ones until 5 GB are left)";
 
-constexpr double kGigabyte = 1e9, kMegabyte = 1e6;
+constexpr double kGigabyte = 1e9;
 
 struct CleanRequest {
   double gigabytes = 0;
 };
 
-int list(CleanRequest&) {
-  const Cache cache(recording::cache_place());
-  std::uintmax_t total = 0;
-  for (const Cache::Entry& entry : cache.list()) {
-    total += entry.bytes;
-    std::cout << fmt::format("{}  {:>6.1f} MB  {:%Y-%m-%d %H:%M}  {} seed {}{}\n", entry.key,
-                             static_cast<double>(entry.bytes) / kMegabyte,
-                             fmt::localtime(entry.last_used_ns / 1'000'000'000), entry.scenario, entry.seed,
-                             entry.in_use ? "  (in use)" : "");
-  }
-  std::cout << fmt::format("{:.2f} of {:.2f} GB in {}\n", static_cast<double>(total) / kGigabyte,
-                           static_cast<double>(cache.place().most_bytes) / kGigabyte,
-                           cache.place().folder.string());
-  return 0;
-}
-
 int clean(CleanRequest& request) {
   const Cache cache(recording::cache_place());
   const Cache::Cleaned cleaned = cache.clean(static_cast<std::uintmax_t>(request.gigabytes * kGigabyte));
-  std::cout << fmt::format("{} removed, {:.2f} GB; {} kept because they are in use\n",
-                           files::counted(cleaned.removed, "recording"),
+  std::cout << fmt::format("{} removed from {}, {:.2f} GB; {} kept because they are in use\n",
+                           files::counted(cleaned.removed, "recording"), cache.place().folder.string(),
                            static_cast<double>(cleaned.bytes) / kGigabyte, cleaned.kept);
   return 0;
 }
@@ -252,10 +233,9 @@ void add_record(CLI::App& app, int& exit_code) {
 }
 
 void add_cache(CLI::App& app, int& exit_code) {
-  CLI::App& command = *app.add_subcommand("cache", "List or remove the recordings stored for replays");
+  CLI::App& command = *app.add_subcommand("cache", "Remove recordings stored for replays");
   command.require_subcommand(1);
   command.footer(kCacheExamples);
-  add_command(command, exit_code, "list", "List the recordings, least recently used first", "", list);
   auto [cleaner, request] =
       add_command(command, exit_code, "clean", "Remove recordings that are not in use", "", clean);
   cleaner.add_option("--to", request.gigabytes, "remove until at most this many GB are left")

@@ -150,7 +150,7 @@ recording::CachedRecording Recordings::get(const scenario::ReadScenario& read,
     if (read.scenario.walk.steering.by != walking::SteeredBy::estimate) recorded.scenario.slam.reset();
     run_live(recorded, result_place(folder, models_hash_, models_), progress);
   };
-  return cache_.get(key(read.scenario), {read.scenario.name, read.scenario.seed}, walk, report_damage);
+  return cache_.get(key(read.scenario), walk, report_damage);
 }
 
 std::vector<Recordings::Made> Recordings::make(const std::vector<scenario::ReadScenario>& scenarios,
