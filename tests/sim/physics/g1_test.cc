@@ -36,19 +36,6 @@ Walked six_steps(const std::function<void(scenario::Scenario&)>& change = {}, co
   return {walking.world().status(), walking.world().X_WB(), walking.reference().X_PB};
 }
 
-TEST(G1, HasThePublishedMassAndTorqueLimits) {
-  const walking::Robot& robot = g1().robot;
-  EXPECT_NEAR(robot.mass, 33.341, 0.001);
-  ASSERT_EQ(robot.joints.size(), 29u);
-  const auto effort = [&](walking::Side side, std::size_t joint) {
-    return robot.joints[static_cast<std::size_t>(robot.leg(side).joints[joint])].effort;
-  };
-  for (const walking::Side side : {walking::Side::left, walking::Side::right})
-    for (std::size_t joint = 0; joint < 6; ++joint)
-      EXPECT_EQ(effort(side, joint), (std::array{88, 139, 88, 139, 50, 50})[joint]);
-  EXPECT_FALSE(g1().has_force_sensors);
-}
-
 TEST(G1, SurvivesAPushButOnlyWithStabilizerAndAdjustedLandings) {
   const Walked walked = six_steps();
   EXPECT_EQ(walked.status.condition, Condition::ok) << walked.status.cause;
