@@ -1,6 +1,5 @@
 #include "sim/recording/recording.h"
 
-#include <malloc.h>
 #include <sys/stat.h>
 
 #include "sim/recording/sensor_yaml.h"
@@ -146,31 +145,6 @@ TEST(Recording, ImagesOfTheRigThatAreAlreadyEncodedAreWrittenUnchanged) {
   EXPECT_EQ(files::read_text(folder / "s/mav0/cam1/data" / (stamp + ".png")), "given");
   EXPECT_EQ(files::read_text(folder / "s/mav0/cam1/data" / (next + ".png")),
             files::read_text(folder / "r/mav0/cam1/data" / (next + ".png")));
-}
-
-TEST(Recording, KeepsTheReadingsOfTheBodySensorsBitForBit) {
-  const files::TemporaryFolder folder;
-  const Recorded recorded(folder / "r");
-  files::CsvReader encoders(recorded.folder / "mav0/encoders0/data.csv",
-                            {"#timestamp [ns],HIP [rad],KNEE [rad],ANKLE [rad]"});
-  files::CsvReader forces(
-      recorded.folder / "mav0/forces0/data.csv",
-      {"#timestamp [ns],f_L_x [N],f_L_y [N],f_L_z [N],m_L_x [N m],m_L_y [N m],m_L_z [N m],"
-       "f_R_x [N],f_R_y [N],f_R_z [N],m_R_x [N m],m_R_y [N m],m_R_z [N m]"});
-  for (const BodyReading& reading : recorded.bodies) {
-    ASSERT_TRUE(encoders.next() && forces.next());
-    EXPECT_EQ(encoders.integer(0), (kEpoch + reading.t).count());
-    EXPECT_EQ(forces.integer(0), encoders.integer(0));
-    EXPECT_EQ(encoders.vector(1), reading.q);
-    EXPECT_EQ(forces.vector(1), reading.left.force);
-    EXPECT_EQ(forces.vector(4), reading.left.torque);
-    EXPECT_EQ(forces.vector(7), reading.right.force);
-    EXPECT_EQ(forces.vector(10), reading.right.torque);
-  }
-  EXPECT_FALSE(encoders.next());
-  EXPECT_EQ(RecordingReader(recorded.folder).setup().joints, recorded.setup.joints);
-  EXPECT_THAT(files::read_text(recorded.folder / "mav0/encoders0/sensor.yaml"),
-              HasSubstr("joints: [HIP, KNEE, ANKLE]"));
 }
 
 TEST(Recording, TruthIsReadBackBitForBit) {
@@ -345,30 +319,6 @@ TEST(Recording, TheWriterRejectsReadingsThatIdealSensorsCannotGive) {
     const auto add_all = [&] { std::ranges::for_each(all, [&](const auto& o) { writer.add(o); }); };
     EXPECT_THAT(files::error_of<std::logic_error>(add_all), HasSubstr(words));
   }
-}
-
-// Names, sizes and hashes of 2000 images need 200 kB.
-TEST(Recording, TheWriterNeedsNoMoreMemoryForALongerRun) {
-  const files::TemporaryFolder folder;
-  sensor_errors::Random random(1, "test");
-  RecordingWriter writer(folder / "r", setup_of(random));
-  Stamp t{0};
-  const auto write = [&](int frames) {
-    for (int k = 0; k < frames; ++k, t += Stamp(33'000'000)) {
-      slam::Observation observation;
-      observation.t = t, observation.image = random_image(kSize, random);
-      observation.plan = observations(random, 1)[0].plan;
-      writer.add(observation);
-      writer.add(
-          TruePoses{t, random_pose(random), random_pose(random), random_pose(random), random_pose(random)});
-      writer.add(BodyReading{t, random_vector(random), {}, {}});
-      writer.add(TrueMotion{t, random_pose(random), random_vector(random)});
-      writer.add(TrueFeet{t, {}, {}});
-    }
-    return mallinfo2().uordblks;  // bytes that the process has asked for and not given back
-  };
-  const std::size_t early = write(100), late = write(2000);
-  EXPECT_LT(late, early + 50'000);
 }
 
 TEST(Recording, TorqueLimitsAreReadBackAndAbsentForARobotWithoutThem) {
