@@ -52,9 +52,7 @@ struct Failure {
 TEST(Program, AFailureNamesTheEstimatorAndItsCause) {
   for (const auto& [behavior, message, cause, answers, more] : std::vector<Failure>{
            {"crash", 3, "at t = 0.066 s: it was killed by signal 6"},
-           {"killed", 3, "killed by signal 9"},
            {"exit", 3, "ended with exit code 5"},
-           {"end", 3, "ended with exit code 0"},
            {"cut_off", 3, "ended with exit code 0 after 100 of 408 bytes of a message"},
            {"gives_cause", 3, "its last lines: first | the map is broken"},
            {"colored", 3, "exit code 1; its last lines: error: no map"},
@@ -65,18 +63,13 @@ TEST(Program, AFailureNamesTheEstimatorAndItsCause) {
            {"grandchild", 3, "no answer within 0.3 s", 2, ", answer_within_s: 0.3"},
            {"half", 3, "only 100 of 408 bytes of a message within 0.3 s", 2, ", answer_within_s: 0.3"},
            {"prints", 3, "is not a message: it starts with 'Loading the voca'"},
-           {"wrong_magic", 3, "is not a message: it starts with 'JUNK"},
-           {"floods_output", 3, "is not a message: it starts with '"},
            {"chats", 3,
             "at t = 0.099 s: its standard output has bytes that are not a message: 'I have seen it '", 3},
-           {"chats", 0, "at t = 0.000 s: its standard output has bytes that are not a message", 0},
-           {"twice", 3, "at t = 0.099 s: it wrote more than one message", 3},
            {"twice", 6, "at its end: it wrote more than one message", 6},
            {"wrong_type", 3, "its message is of type 77, expected 4"},
            {"huge_length", 3, "announces 18446744073709551615 bytes, expected at most"},
            {"huge_counts", 3, "announces 4294967295 landmarks (at most 100000)"},
            {"huge_cause", 3, "a cause of 4294967295 bytes (at most 4096)"},
-           {"counts_that_overflow", 3, "announces 2147483648 landmarks"},
            {"short", 3, "its ANSWER has 100 bytes, expected at least 408"},
            {"nan", 3, "at t = 0.066 s: its pose is not finite; its last lines: the scale is 0"},
            {"no_rotation", 3, "is not a rotation matrix"},
@@ -109,7 +102,7 @@ TEST(Program, AFailureNamesTheEstimatorAndItsCause) {
 
 // An extra answer that comes after the next observation was sent looks like an answer without a new pose.
 TEST(Program, AnExtraAnswerNeverPassesHoweverLateItIs) {
-  for (const char* message : {"1", "3", "5", "6"})
+  for (const char* message : {"3", "6"})
     EXPECT_THAT(track_program("twice_later", message).failed.value_or(""),
                 HasSubstr("it wrote more than one message"));
 }
