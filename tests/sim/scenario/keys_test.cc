@@ -167,15 +167,12 @@ TEST(BadValues, AnEmptyValueIsRejected) {
 TEST(BadKeys, ATypoIsAnsweredWithTheNameOfTheKey) {
   for (const auto& key : scenario_keys()) {
     if (key.name.size() < 5) continue;
-    std::string doubled = key.name, dropped = key.name, swapped = key.name;
-    doubled.insert(doubled.size() - 2, 1, doubled[doubled.size() - 2]);
+    std::string dropped = key.name, doubled = key.name;
     dropped.erase(dropped.size() - 2, 1);
-    std::swap(swapped[swapped.size() - 1], swapped[swapped.size() - 2]);
-    for (const std::string& slip : {doubled, dropped, swapped}) {
-      if (slip == key.name || find_key(slip) != nullptr) continue;
+    doubled.insert(doubled.size() - 2, 1, doubled[doubled.size() - 2]);
+    for (const std::string& slip : {dropped, doubled})
       EXPECT_THAT(complaint_about(slip + ": 1"),
                   StartsWith("test.yaml:1:1: " + slip + ": unknown key; did you mean '"));
-    }
     EXPECT_THAT(complaint_about(dropped + ": 1"), HasSubstr("did you mean '" + key.name + "'?"));
   }
 }

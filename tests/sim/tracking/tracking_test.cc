@@ -182,22 +182,21 @@ TEST(Tracking, ARejectedObservationGivesNoNewEstimate) {
 TEST(Tracking, LossesAndSuspicionsAreReportedWithTimesAndLastCauses) {
   Tracked tracked;
   for (int k = 0; k < 6; ++k) {
-    TrackedFrame& frame = tracked.frames.emplace_back();
-    frame.report.t = std::chrono::seconds(k);
-    if (k == 1 || k == 2 || k == 5) frame.report.suspect = "plan, " + std::to_string(k);
+    slam::FrameReport& report = tracked.frames.emplace_back().report;
+    report.t = std::chrono::seconds(k);
+    if (k == 1 || k == 2 || k == 5) report.suspect = "plan, " + std::to_string(k);
   }
   EXPECT_FALSE(tracked.failure());  // it still tracks
-  for (const int k : {1, 2, 5}) {
-    slam::FrameReport& report = tracked.frames[static_cast<std::size_t>(k)].report;
-    report.health = slam::Health::lost, report.cause = "dark, " + std::to_string(k);
-  }
+  for (const std::size_t k : {1u, 2u, 5u})
+    tracked.frames[k].report.health = slam::Health::lost,
+    tracked.frames[k].report.cause = "dark, " + std::to_string(k);
   for (const auto& [faults, cause] :
-       {std::pair(tracked.losses(), "dark, "), std::pair(tracked.suspicions(), "plan, ")}) {
+       {std::pair(tracked.losses(), std::string("dark, ")), {tracked.suspicions(), "plan, "}}) {
     ASSERT_EQ(faults.size(), 2U);
     EXPECT_EQ(faults[0].from, std::chrono::seconds(1));
     EXPECT_EQ(faults[0].to, std::optional<slam::Stamp>(std::chrono::seconds(3)));
-    EXPECT_EQ(faults[0].cause, cause + std::string("2"));
-    EXPECT_EQ(faults[1].cause, cause + std::string("5"));
+    EXPECT_EQ(faults[0].cause, cause + "2");
+    EXPECT_EQ(faults[1].cause, cause + "5");
     EXPECT_FALSE(faults[1].to);
   }
   ASSERT_TRUE(tracked.failure());  // it is lost at the end
