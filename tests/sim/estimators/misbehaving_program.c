@@ -111,15 +111,19 @@ static void give_ready(void) {
 static void describe(const gaitslam_rig* rig) {
   uint32_t i;
   gaitslam_point last;
-  for (i = 0; i < rig->counts.images; ++i)
-    printf("camera %u: %u\n", rig->images[i].camera, rig->data[rig->images[i].at_byte]);
+  for (i = 0; i < rig->counts.images; ++i) {
+    const gaitslam_image* image = &rig->images[i];
+    printf("camera %u: %u px of kind %u, %u bytes a row, at %lld ns: %u\n", image->camera, image->width_px,
+           image->pixels, (unsigned)image->row_bytes, (long long)image->t_ns, rig->data[image->at_byte]);
+  }
   for (i = 0; i < rig->counts.sweeps; ++i) {
     memcpy(&last, rig->data + rig->sweeps[i].at_byte + (rig->sweeps[i].point_count - 1) * sizeof last,
            sizeof last);
-    printf("lidar %u: %g\n", rig->sweeps[i].lidar, last.p_m[2]);
+    printf("lidar %u: %g, %g, %d ns\n", rig->sweeps[i].lidar, last.p_m[2], last.intensity, last.offset_ns);
   }
   for (i = 0; i < rig->counts.imu_readings; ++i)
-    printf("imu %u: %g\n", rig->imu_readings[i].imu, rig->imu_readings[i].accelerometer[2]);
+    printf("imu %u: %g %g\n", rig->imu_readings[i].imu, rig->imu_readings[i].gyro[1],
+           rig->imu_readings[i].accelerometer[2]);
 }
 
 /* A line for each reading of the body: its stamp and values. */

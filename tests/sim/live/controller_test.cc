@@ -71,12 +71,10 @@ TEST_F(ControllerTest, TheBuiltInControllerWalksOntoARampUsingTheSlopeOfItsSoles
 }
 
 TEST_F(ControllerTest, AProgramRejectsInputOtherThanItsMessages) {
-  for (const char* input : {"", "hello", "a line of more than sixteen bytes"}) {
-    const std::string command = fmt::format("printf '%s' '{}' | '{}' walker 2>'{}'", input, GAITSLAM_PROGRAM,
-                                            (folder_ / "said").string());
-    EXPECT_EQ(WEXITSTATUS(std::system(command.c_str())), 2) << input;
-    EXPECT_THAT(sim::files::read_text(folder_ / "said"), HasSubstr("not the messages of gaitslam"));
-  }
+  const std::string command = fmt::format("echo 'a line of more than sixteen bytes' | '{}' walker 2>'{}'",
+                                          GAITSLAM_PROGRAM, (folder_ / "said").string());
+  EXPECT_EQ(WEXITSTATUS(std::system(command.c_str())), 2);
+  EXPECT_THAT(sim::files::read_text(folder_ / "said"), HasSubstr("not the messages of gaitslam"));
 }
 
 // A network with four hidden units: it sways with the sine of the phase and lifts each leg in its half of the

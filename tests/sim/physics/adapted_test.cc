@@ -14,57 +14,23 @@ namespace {
 using files::TemporaryFolder;
 using tests::Has;
 
-/// A robot of few links in the style of public models: degrees, newer attributes, visuals without meshes.
-/// hips: of a link between base and legs.
-std::string model(const std::string& hips = "") {
-  const auto link = [](const std::string& name, const std::string& pos, const std::string& axis,
-                       const std::string& more) {
-    return "\n<body name='" + name + "' pos='" + pos +
-           "'><inertial pos='0 0 0' mass='1' diaginertia='.01 .01 .01'/>" + "<joint name='" + name +
-           "_joint' axis='" + axis + "' range='-90 90' actuatorfrcrange='-50 50'/>" + more;
-  };
-  const auto leg = [&](const std::string& side, const std::string& y) {
-    const auto name = [&](const char* part) { return side + part; };
-    return link(name("_yaw"), "0 " + y + " -0.1", "0 0 1", "") + link(name("_roll"), "0 0 0", "1 0 0", "") +
-           link(name("_hip"), "0 0 0", "0 1 0", "") + link(name("_knee"), "0 0 -0.3", "0 1 0", "") +
-           link(name("_ankle"), "0 0 -0.3", "0 1 0", "") +
-           link(name("_foot"), "0 0 0", "1 0 0",
-                "<geom name='" + side +
-                    "_box' type='box' size='0.1 0.05 0.01' pos='0.02 0 -0.06'/>"
-                    "<geom type='sphere' size='0.05' contype='0' conaffinity='0'/>") +
-           "</body></body></body></body></body></body>";
-  };
-  return "<mujoco><worldbody><geom name='floor' type='plane' size='1 1 1'/><body name='pelvis' pos='0 0 1'>"
-         "<joint type='free'/><inertial pos='0 0 0' mass='5' diaginertia='1 1 1'/>" +
-         hips + leg("left", "0.1") + leg("right", "-0.1") + (hips.empty() ? "" : "</body>") +
-         link("chest", "0 0 0.3", "0 0 1",
-              "<geom type='box' size='0.1 0.2 0.2'/><site name='imu' pos='0 0 0.1'/>") +
-         link("head", "0 0 0.3", "0 0 1", "<geom type='sphere' size='0.1'/></body>") +
-         link("arm", "0 0.2 0.2", "0 1 0", "</body>") + "</body></body></worldbody></mujoco>";
+/// A file of a robot of few links in the style of public models: degrees, newer attributes, visuals without
+/// meshes.
+std::string given(const std::string& name) {
+  return files::read_text(GAITSLAM_SOURCE_DIR "/tests/sim/physics/robot/" + name);
 }
-
-/// Its file, with what first_robot_file() guesses.
-RobotFile robot(const TemporaryFolder& folder) {
-  files::write_text(folder / "robot.xml", model());
-  RobotFile file;
-  file.folder = folder.path();
-  file.base = "pelvis";
-  file.head_camera = {"head", {0.1, 0, 0.05}};
-  file.imu = {"chest", {0, 0, 0.1}};
-  for (std::size_t side = 0; side < 2; ++side) {
-    const std::string name = side == 0 ? "right" : "left";
-    file.feet[side].body = name + "_foot";
-    file.feet[side].sole_m = {0, 0, -0.07};
-    for (const char* joint : {"_yaw", "_roll", "_hip", "_knee", "_ankle", "_foot"})
-      file.legs[side].push_back(name + joint + "_joint");
-    file.servos.push_back({file.legs[side], 1000, 10, 0.02, side == 0 ? std::optional(30.0) : std::nullopt});
-  }
-  return file;
+const std::string& model() {
+  static const std::string text = given("robot.xml");
+  return text;
 }
 
 /// The robot in a folder, with its file.
 class Adapted : public testing::Test {
  protected:
+  Adapted() {
+    for (const char* name : {"robot.xml", "robot.yaml"}) files::write_text(folder / name, given(name));
+    file = scenario::read_robot(folder.path());
+  }
   void write(const std::string& text) const { files::write_text(folder / "robot.xml", text); }
   /// Writes the model with each match of a regular expression replaced.
   void change(const char* from, const std::string& to) const {
@@ -94,7 +60,7 @@ class Adapted : public testing::Test {
   }
 
   const TemporaryFolder folder;
-  RobotFile file = robot(folder);
+  RobotFile file;
 };
 using FirstRobotFile = Adapted;
 
@@ -177,26 +143,8 @@ TEST_F(Adapted, WrongModelIsRejectedWithFileLineAndElement) {
     return rejection(file);
   };
   EXPECT_EQ(error_with("left_knee", "mass='1'", "mass='2'"), "");
-  const std::array<std::string, 4> cases[]{
-      {"left_knee", "mass='1'", "mass='0'", "robot.xml:5: body: mass and inertia of moving bodies"},
-      {"left_knee", ".01 .01 .01", "1 1 3", "robot.xml:5: body: inertia must satisfy A + B >= C"},
-      {"left_knee", ".01 .01 .01", "9e3 9e3 9e3",
-       "robot.xml:5: body: 'left_knee' has 1 kg and a moment of inertia of 9000"},
-      {"left_knee", "mass='1'", "mass='1000'",
-       "robot.xml:1: body: the robot weighs 1019 kg, expected kilograms"},
-      {"left_knee", "pos='0 0 -0.3'", "pos='0 0 -300'", "robot.xml:1: body: the robot is 3"},
-      {"left_knee", " diaginertia='.01 .01 .01'", "", "robot.xml:5: body: mass and inertia of moving bodies"},
-      {"left_knee", "axis='0 1 0'", "axis='0 0 0'", "robot.xml:5: joint: axis too small"},
-      {"left_knee", "range='-90 90'", "range='9 -9'", "robot.xml:5: joint: range[0] should be smaller"},
-      {"left_knee", "range='-90 90'", "", "robot.xml:5: joint range: 'left_knee_joint' has none"},
-      {"left_knee",
-       "range=", "type='slide' range=", "robot.xml:5: joint type: of 'left_knee_joint' is not hinge"},
-      {"left_knee",
-       "range=", "limited='false' range=", "robot.xml:5: joint range: 'left_knee_joint' has none"},
-      {"left_knee", "left_knee_joint", "left_hip_joint", "robot.xml:5: joint: repeated name"},
-      {"left_foot", "size='0.1 0.05 0.01'", "", "robot.xml:7: geom: sizes must be positive"}};
-  for (const auto& [from, part, instead, error] : cases)
-    EXPECT_THAT(error_with(from, part, instead), Has(error)) << part << instead;
+  for (const auto& row : tests::rows_of("sim/physics/wrong_models.txt"))
+    EXPECT_THAT(error_with(row[0], row[1], row[2]), Has(row.at(3))) << row[1] << row[2];
 }
 
 /// The torques of a joint for the most negative and the most positive commands to all actuators.
@@ -336,39 +284,8 @@ TEST_F(Adapted, NamesWithSlashesAndBlanksAreThoseOfTheModel) {
 
 // The same robot as MJCF and as URDF.
 TEST_F(Adapted, AUrdfIsReadByMuJoCo) {
-  const auto link = [](const std::string& name, const std::string& more = "") {
-    return "<link name='" + name +
-           "'><inertial><mass value='1'/><inertia ixx='.01' iyy='.01' izz='.01' ixy='0' ixz='0' "
-           "iyz='0'/></inertial>" +
-           more + "</link>";
-  };
-  const auto joint = [](const std::string& parent, const std::string& child, const std::string& xyz,
-                        const std::string& axis) {
-    return "<joint name='" + child + "_joint' type='revolute'><parent link='" + parent + "'/><child link='" +
-           child + "'/><origin xyz='" + xyz + "'/><axis xyz='" + axis +
-           "'/><limit lower='-1' upper='1.5' effort='50'/></joint>";
-  };
-  std::string text =
-      "<robot name='r'><link name='base_footprint'/><joint name='base' type='fixed'><parent "
-      "link='base_footprint'/><child link='pelvis'/><origin xyz='0 0 1'/></joint>" +
-      link("pelvis") + link("chest") + link("head") + joint("pelvis", "chest", "0 0 .3", "0 0 1") +
-      joint("chest", "head", "0 0 .3", "0 0 1");
-  for (const std::string& side : {std::string("left"), std::string("right")}) {
-    std::string above = "pelvis";
-    const auto add = [&](const std::string& part, const std::string& xyz, const std::string& axis,
-                         const std::string& more = "") {
-      text += link(side + part, more) + joint(above, side + part, xyz, axis);
-      above = side + part;
-    };
-    add("_yaw", side == "left" ? "0 .1 -.1" : "0 -.1 -.1", "0 0 1");
-    add("_roll", "0 0 0", "1 0 0");
-    add("_hip", "0 0 0", "0 1 0");
-    add("_knee", "0 0 -.3", "0 1 0");
-    add("_ankle", "0 0 -.3", "0 1 0");
-    add("_foot", "0 0 0", "1 0 0",
-        "<collision><origin xyz='.02 0 -.06'/><geometry><box size='.2 .1 .02'/></geometry></collision>");
-  }
-  files::write_text(folder / "robot.urdf", text + "</robot>");
+  const std::string text = given("robot.urdf");
+  files::write_text(folder / "robot.urdf", text);
   file.model = "robot.urdf";
   bend();
   const Model m = loaded();
@@ -381,13 +298,14 @@ TEST_F(Adapted, AUrdfIsReadByMuJoCo) {
   EXPECT_EQ(walker.joints[0].highest, 1.5);
   for (const auto& [joints, error] :
        {std::pair("<joint name='a' type='fixed'><parent link='chest'/><child link='head'/></joint>",
-                  "robot.urdf:1: joint: URDF body has multiple parents"),
+                  "joint: URDF body has multiple parents"),
         {"<joint name='a' type='fixed'><parent link='none'/><child link='tail'/></joint><link name='tail'/>",
-         "robot.urdf:1: joint: URDF joint parent or child missing"},
+         "joint: URDF joint parent or child missing"},
         {"<joint name='a' type='fixed'><parent link='a'/><child link='a'/></joint><link name='a'/>",
-         "robot.urdf:1: link: URDF body not found"}}) {
-    files::write_text(folder / "robot.urdf", text + joints + "</robot>");
-    EXPECT_THAT(rejection(file), Has(error));
+         "link: URDF body not found"}}) {
+    files::write_text(folder / "robot.urdf",
+                      tests::replaced(text, "</robot>", joints + std::string("</robot>")));
+    EXPECT_THAT(rejection(file), Has("robot.urdf:32: " + std::string(error)));
   }
 }
 
@@ -478,9 +396,12 @@ TEST_F(FirstRobotFile, JointsWithoutARangeAreRigidButNotInALegAndLegsMustBend) {
 }
 
 TEST_F(FirstRobotFile, AJointThatCarriesBothLegsIsLeftRigid) {
-  write(
-      model("<body name='hips'><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>"
-            "<joint name='waist' axis='0 0 1' range='-90 90'/>"));
+  std::string text = model();
+  text.insert(text.find("<body name='chest'"), "</body>");
+  text.insert(text.find("<body name='left_yaw'"),
+              "<body name='hips'><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>"
+              "<joint name='waist' axis='0 0 1' range='-90 90'/>");
+  write(text);
   EXPECT_THAT(guess(), Has("  left: [left_yaw_joint, ", "moves legs on the base: waist\n"));
   EXPECT_THAT(guess(), tests::Lacks("[waist", ", waist"));
 }

@@ -315,28 +315,12 @@ TEST_F(RecordedElsewhere, LensesAreReadUnderTheNamesOfOtherPrograms) {
   const auto words = [](const slam::Lens& found) {
     return fmt::format("{} {}", found.index(), fmt::join(rig::coefficients(found), " "));
   };
-  for (const auto& [model, coefficients, expected] : std::vector<std::array<const char*, 3>>{
-           {"distortion_model: none", "[]", "1 0 0 0 0"},
-           {"camera_model: pinhole\ndistortion_model: None", "[0, 0, 0, 0, 0]", "1 0 0 0 0"},
-           {"distortion_model: plumb_bob", "[0.1, 0.02, 3e-3, 4e-3, 0]", "1 0.1 0.02 0.003 0.004"},
-           {"distortion_model: pinhole-radtan", "[0.1, 0.02, 3e-3, 4e-3]", "1 0.1 0.02 0.003 0.004"},
-           {"distortion_model: kannala_brandt", "[0.1, 0.02, 0.03, 0.04, 0.0]", "2 0.1 0.02 0.03 0.04"},
-           {"camera_model: pinhole\ndistortion_model: pinhole-equi", "[0.1, 0.02, 0, 0]", "2 0.1 0.02 0 0"},
-           {"camera_model: KANNALA_BRANDT", "[0.1, 0.02, 0, 0]", "2 0.1 0.02 0 0"},
-           {"camera_model: fisheye\ndistortion_model: equidistant", "[0.1, 0, 0, 0]", "2 0.1 0 0 0"}})
-    EXPECT_EQ(words(lens(model, coefficients)), expected) << model;
-  for (const auto& bad : std::vector<std::array<const char*, 3>>{
-           {"distortion_model: fov", "[0.9]",
-            "distortion_model: found \"fov\", expected one-parameter-radial, "},
-           {"distortion_model: rational_polynomial", "[0, 0, 0, 0, 0, 0, 0, 0]",
-            "found \"rational_polynomial\""},
-           {"camera_model: omni\ndistortion_model: radtan", "[0, 0, 0, 0]", "camera_model: found \"omni\""},
-           {"camera_model: ds\ndistortion_model: none", "[]", "camera_model: found \"ds\""},
-           {"distortion_model: plumb_bob", "[0, 0, 0, 0, 0.1]", "coefficient 5 is 0.1, expected 0"},
-           {"distortion_model: none", "[0.1, 0, 0, 0]", "found 0.1, expected 0"},
-           {"camera_model: fisheye\ndistortion_model: radtan", "[0, 0, 0, 0]",
-            "contradicts camera_model: fisheye"}})
-    EXPECT_THAT(files::error_of([&] { lens(bad[0], bad[1]); }), HasSubstr(bad[2])) << bad[0];
+  for (const auto& row : tests::rows_of("sim/recording/lenses.txt")) {
+    std::string found;
+    const std::string error =
+        files::error_of([&] { found = words(lens(tests::replaced(row[0], "\\n", "\n"), row[1])); });
+    EXPECT_THAT(error.empty() ? found : error, HasSubstr(row.at(2))) << row[0];
+  }
 }
 
 TEST_F(RecordedElsewhere, KeysThatContradictEachOtherAreRejected) {

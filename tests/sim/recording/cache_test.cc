@@ -113,16 +113,6 @@ TEST_F(CacheTest, ADamagedRecordingIsReportedAndMadeAgain) {
   EXPECT_THAT(said_.back(), HasSubstr("another recording"));
 }
 
-TEST_F(CacheTest, ARecordingWithDamagedJsonHealsItself) {
-  const fs::path entry = cache_.place().folder / key('a');
-  for (const char* text : {R"({"recording": 5})", ""}) {
-    EXPECT_TRUE(get('a').made) << text;
-    std::ofstream(entry / "entry.json") << text;
-    EXPECT_FALSE(cache_.find(key('a'), say())) << text;
-    EXPECT_NO_THROW(cache_.list()) << text;
-  }
-}
-
 TEST_F(CacheTest, TheLeastRecentlyUsedRecordingIsRemovedFirst) {
   const auto use = [this](char letter) {
     get(letter);

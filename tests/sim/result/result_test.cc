@@ -138,21 +138,21 @@ TEST(Limits, AMissedLimitGivesExitCodeOneAndAForbiddenEndingThree) {
   using enum scenario::Ending;
   const MetricLimit error{"rmse_m", {}, Bound::at_most, 0.1},
       landmarks{"loop_landmarks", {}, Bound::at_least, 3}, median{"rmse_m", "median", Bound::at_most, 0.1};
-  struct Case {
-    MetricLimit limit;
-    std::optional<double> value;
-    int code;
-    scenario::Ending ending = completed;
-    bool filter = true;
-  };
-  for (const Case& c :
-       {Case{error, 0.1, 0}, Case{error, 0.2, 1}, Case{landmarks, 3, 0}, Case{landmarks, 2, 1},
-        Case{error, 0.2, 1, diverged}, Case{error, 0.1, 3, fell}, Case{median, 0.2, 0}, Case{error, {}, 1},
-        Case{error, {}, 0, completed, false}, Case{error, 0.2, 1, completed, false}}) {
-    const scenario::Scenario scenario = limited({c.limit}, c.filter);
-    const auto judged = judge_run(scenario, [&](const std::string&) { return c.value; });
-    EXPECT_EQ(exit_code(scenario, c.ending, judged), c.code)
-        << c.limit.metric << c.limit.aggregate.value_or("") << " " << c.value.value_or(-1);
+  for (const auto& [limit, value, code, ending, filter] :
+       std::vector<std::tuple<MetricLimit, std::optional<double>, int, scenario::Ending, bool>>{
+           {error, 0.1, 0, completed, true},
+           {error, 0.2, 1, completed, true},
+           {landmarks, 3, 0, completed, true},
+           {landmarks, 2, 1, completed, true},
+           {error, 0.2, 1, diverged, true},
+           {error, 0.1, 3, fell, true},
+           {median, 0.2, 0, completed, true},
+           {error, {}, 1, completed, true},
+           {error, {}, 0, completed, false},
+           {error, 0.2, 1, completed, false}}) {
+    const scenario::Scenario scenario = limited({limit}, filter);
+    const auto judged = judge_run(scenario, [&, &value = value](const std::string&) { return value; });
+    EXPECT_EQ(exit_code(scenario, ending, judged), code) << limit.metric << value.value_or(-1);
   }
   EXPECT_TRUE(to_json(judge(limited({}, false), median, {})).at("passed").is_null());
 }

