@@ -272,13 +272,6 @@ TEST(Renderer, IsUsedByOneThreadAtATime) {
   beside.wait();
 }
 
-TEST(ColorCamera, GivesRedGreenAndBlueInThatOrder) {
-  HeadCamera camera(head_in("<geom type='sphere' size='0.08' pos='2 0 0' rgba='1 0.5 0 1'/>"), {}, 1,
-                    Channels::rgb);
-  const cv::Mat3b image = camera.render(*data_at_rest(camera.model()));
-  EXPECT_EQ(image(127, 157), cv::Vec3b(255, 128, 0));
-}
-
 TEST(Mount, IsAtItsPositionAndTiltsTheModelsHeadCameraDownwards) {
   Model model = load_model(robot_file(), "office", models());
   const RecentMotion motion = standing_at(*model, {0, 0, 0.65}, 0);

@@ -11,6 +11,22 @@ namespace sim::camera {
 using namespace physics;
 namespace {
 
+// The planes of more than 6 m are floor, ceiling and walls; tests/sim/physics has where the walls are solid.
+TEST(Rooms, AreDrawnWhereTheirWallsAreSolid) {
+  using Eigen::Vector3d;
+  for (const auto& [room, low, high] :
+       {std::tuple("office", Vector3d(-4.6, -3.35, 0), Vector3d(6.4, 3.65, 3)),
+        {"hall", Vector3d(-11.6, -5.35, 0), Vector3d(13.4, 12.65, 3)}}) {
+    Eigen::AlignedBox3d shell;
+    for (const score::Surface& s : room_surfaces(*load_model(robot_file(), room, models()))) {
+      if (s.kind != score::Surface::Kind::plane || s.size.prod() != 0 || s.size.maxCoeff() <= 3) continue;
+      const Vector3d center = s.X_WS.translation(), half = s.X_WS.linear().cwiseAbs() * s.size;
+      shell.extend(Vector3d(center - half)), shell.extend(Vector3d(center + half));
+    }
+    EXPECT_LT((shell.min() - low).norm() + (shell.max() - high).norm(), 1e-9) << room;
+  }
+}
+
 TEST(Rooms, EachTextureHasAPainterThatDependsOnlyOnNameAndSeed) {
   for (const char* room : {"office", "hall"}) {
     const Model model = load_model(robot_file(), room, models());

@@ -89,18 +89,6 @@ TEST(Keys, EveryOptionAndEveryFieldOfAnItemHasAKey) {
       physics::FloorPatch>();
 }
 
-TEST(Keys, NamesAreUniqueAndSectionsAreContiguous) {
-  std::set<std::string> names, sections;
-  std::string section;
-  for (const auto& key : scenario_keys()) {
-    EXPECT_TRUE(names.insert(key.name).second) << key.name;
-    const std::string now = key.name.substr(0, key.name.rfind('.'));
-    EXPECT_TRUE(now == section || sections.insert(now).second) << key.name;
-    section = now;
-  }
-  EXPECT_TRUE(names.contains("errors.gyro.sigma_rad_s"));
-}
-
 TEST(Keys, HaveTheirUnitInTheirName) {
   EXPECT_EQ(unit_of("walk.step_length_m"), "m");
   EXPECT_EQ(unit_of("slam.motion.sigma_acceleration_m_s2"), "m/s²");

@@ -23,17 +23,6 @@ Tracked track(const std::string& estimator, const std::vector<slam::Observation>
   return tracking.finish();
 }
 
-TEST(Tracking, AnotherEstimatorReplacesTheFilter) {
-  const Tracked tracked = track("plan_alone", {observation(0, 0), observation(33, 0.5), observation(67, 2)});
-  const auto estimates = tracked.estimates();
-  ASSERT_EQ(estimates.size(), 3U);
-  EXPECT_EQ(estimates[1].X_WC.translation().x(), 0.5);
-  EXPECT_EQ(estimates[2].X_WC.translation().x(), 2);  // no filter would believe 45 m/s
-  EXPECT_EQ(estimates[2].t, std::chrono::milliseconds(67));
-  EXPECT_TRUE(tracked.map.empty());
-  EXPECT_FALSE(tracked.failure());
-}
-
 TEST(Tracking, EstimatorsThatNeedAPlanAreLostBeforeTheFirstOne) {
   slam::Observation first = observation(0, 0);
   first.plan.reset();
