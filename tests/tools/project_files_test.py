@@ -15,52 +15,8 @@ import unittest
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / 'tools/figures'))
 import front_page  # noqa: E402
-# Files below a folder may include headers with one of these prefixes, and the standard library. The first match applies.
-RULES = {
-    'walking/': 'walking/ Eigen/',
-    'slam/': 'slam/ Eigen/ opencv2/core opencv2/imgproc',
-    'sim/files/': 'sim/files/ Eigen/ fmt/ nlohmann/ yaml-cpp/ sha2.h xxhash.h fcntl.h signal.h unistd.h sys/',
-    'sim/model_file/': 'sim/model_file/ sim/files/ Eigen/ fmt/ tinyxml2.h',
-    'sim/score/': 'sim/score/ sim/files/ Eigen/ unsupported/Eigen/FFT boost/math/ fmt/',
-    'sim/trajectory_score/': 'sim/trajectory_score/ sim/score/ sim/files/ Eigen/ fmt/ nlohmann/',
-    'sim/rig/': 'sim/rig/ slam/camera.h slam/options.h Eigen/ fmt/',
-    'sim/sensor_errors/': 'sim/sensor_errors/ sim/rig/ slam/observation.h walking/keys.h Eigen/ opencv2/core opencv2/imgproc fmt/',
-    'sim/recording/': 'sim/recording/ sim/rig/ sim/score/types.h sim/files/ sim/sensor_errors/ slam/camera.h slam/observation.h '
-                      'slam/options.h Eigen/ opencv2/core opencv2/imgcodecs fmt/ libdeflate.h nlohmann/ dlfcn.h '
-                      'fcntl.h unistd.h sys/',
-    'sim/export/': 'sim/export/ sim/recording/ sim/rig/ sim/files/ sim/sensor_errors/ slam/camera.h slam/observation.h '
-                   'slam/options.h Eigen/ opencv2/core fmt/ libdeflate.h',
-    'sim/physics/': 'sim/physics/ sim/controllers/controller.h sim/controllers/plan_controller.h sim/programs/child_program.h sim/model_file/ sim/files/ sim/rig/ walking/ Eigen/ fmt/ mujoco/ unistd.h',
-    'sim/camera/': 'sim/camera/ sim/physics/ sim/rig/ sim/room/ sim/score/types.h slam/observation.h walking/ Eigen/ fmt/ '
-                   'mujoco/ GL/ opencv2/core opencv2/imgproc dlfcn.h',
-    'sim/room/': 'sim/room/ opencv2/core opencv2/imgproc',
-    'sim/programs/': 'sim/programs/ sim/files/hash.h Eigen/ fmt/ fcntl.h poll.h signal.h time.h unistd.h sys/',
-    'sim/controllers/': 'sim/controllers/ gaitslam_estimator.h sim/programs/ sim/files/hash.h walking/ Eigen/ fmt/',
-    'sim/estimators/': 'sim/estimators/ sim/programs/ sim/rig/ slam/ Eigen/ opencv2/core fmt/ errno.h '
-                       'stddef.h stdint.h stdio.h stdlib.h string.h unistd.h',
-    'sim/scenario/': 'sim/scenario/ sim/model_file/ sim/programs/ sim/estimators/ sim/rig/ sim/files/ sim/sensor_errors/ sim/score/metrics.h '
-                     'sim/physics/options.h sim/physics/robot_file.h sim/camera/options.h slam/observation.h slam/options.h walking/ Eigen/ fmt/',
-    'sim/tracking/': 'sim/tracking/ sim/estimators/ sim/rig/ sim/scenario/ sim/sensor_errors/ slam/ Eigen/',
-    'sim/result/': 'sim/result/ sim/controllers/path.h sim/tracking/ sim/scenario/ sim/recording/ sim/score/ sim/files/ slam/ walking/ Eigen/ fmt/ '
-                   'nlohmann/ fcntl.h time.h unistd.h',
-    'sim/replay/': 'sim/replay/ sim/result/ sim/tracking/ sim/scenario/ sim/recording/ sim/score/ sim/files/ slam/ Eigen/ fmt/ '
-                   'nlohmann/',
-    'sim/regression/': 'sim/regression/ sim/result/ sim/scenario/ sim/score/ sim/files/ fmt/ nlohmann/',
-    'sim/pages/': 'sim/pages/ sim/rig/ sim/regression/ sim/replay/ sim/result/ sim/tracking/ sim/scenario/ sim/recording/ '
-                  'sim/score/ sim/files/ slam/ Eigen/ fmt/ nlohmann/ opencv2/core opencv2/imgproc',
-    'sim/view/live/': 'sim/view/ sim/live/ sim/rig/ sim/physics/ sim/camera/ sim/export/ sim/recording/ sim/scenario/robot.h sim/files/ '
-                      'walking/plan.h '
-                      'Eigen/ fmt/ nlohmann/ opencv2/ mujoco/',
-    'sim/view/': 'sim/view/ sim/pages/ sim/rig/ sim/export/ sim/result/ sim/tracking/ sim/scenario/ sim/recording/ sim/score/ '
-                 'sim/files/ slam/ Eigen/ fmt/ nlohmann/ opencv2/ boost/asio/ boost/beast/ libdeflate.h sys/resource.h',
-    'sim/trials/': 'sim/trials/ sim/replay/ sim/result/ sim/tracking/ sim/scenario/ sim/recording/ sim/sensor_errors/random.h '
-                   'sim/score/ sim/files/ slam/ Eigen/ fmt/ nlohmann/ opencv2/core boost/random/',
-    'sim/live/': 'sim/live/ sim/controllers/ sim/programs/ sim/model_file/ sim/physics/ sim/camera/ sim/rig/ sim/result/ sim/tracking/ sim/scenario/ sim/recording/ '
-                 'sim/sensor_errors/random.h sim/sensor_errors/faults.h sim/score/ sim/files/ slam/ walking/ Eigen/ fmt/ nlohmann/ '
-                 'opencv2/core opencv2/imgproc',
-    'tools/cli/jobs/': 'tools/cli/ sim/trials/ sim/regression/ sim/result/ sim/recording/ sim/scenario/ sim/files/ CLI/ fmt/ '
-                       'nlohmann/ fcntl.h signal.h spawn.h unistd.h sys/',
-}
+# By folder, the prefixes of headers that its files may include.
+RULES = dict(re.findall(r'^(\S+): (.+(?:\n    .+)*)', (ROOT / 'tests/tools/include_rules.txt').read_text(), re.MULTILINE))
 # Headers that the run and the writer of recordings include but that do not affect a recording.
 SHAPE_NOTHING = {'sim/result/result.h', 'sim/scenario/scenario.h', 'sim/files/atomic_file.h', 'sim/files/text.h',
                  'sim/result/limits.h', 'sim/tracking/tracking.h',

@@ -247,117 +247,22 @@ def check_score(program):
     check("every alignment is shown", sum(out.count("APE " + a) for a in ("none", "origin", "yaw", "se3", "sim3", "scale")), 7)
 
 
-def tum_line(t, x, y):
-    return f"{t:.9f} {x} {y} 1 0 0 0 1\n"
-
-
-def curve(row, count=300):
-    """Ten seconds at 30 Hz: row(i, t, y = sin t)."""
-    return "".join(row(i, i / 30, math.sin(i / 30)) for i in range(count))
-
-
-FILES = {  # each as if its path were x = t, y = sin t
-    "truth.tum": curve(lambda i, t, y: tum_line(t, t, y)),
-    "frames.tum": curve(lambda i, t, y: f"{i} {t} {y} 1 0 0 0 1\n"),
-    "poses.csv": curve(lambda i, t, y: f"{i},{t},{y},1,1,0,0,0\n"),
-    "mm.tum": curve(lambda i, t, y: tum_line(t, 1000 * t, 1000 * y)),
-    "ahead.tum": curve(lambda i, t, y: tum_line(0.4 + t, t, y)),
-    "gps.tum": curve(lambda i, t, y: tum_line(-3 + t, t, y)),
-    "turned.tum": curve(lambda i, t, y: f"{t} {t} {y} 1 0 0.6 0 0.8\n"),
-    "helix.tum": curve(lambda i, t, y: f"{t} {math.cos(t)} {y} {0.3 * t} 0 0 0 1\n"),
-    "mirrored.tum": curve(lambda i, t, y: f"{t} {math.cos(t)} {-y} {0.3 * t} 0 0 0 1\n"),
-    "flat.tum": curve(lambda i, t, y: tum_line(t, t, -y)),
-    "degrees.tum": curve(lambda i, t, y: tum_line(t, math.degrees(t), math.degrees(y))),
-    "poses.txt": curve(lambda i, t, y: f"1 0 0 {t} 0 1 0 {y} 0 0 1 1\n"),
-    "half.txt": curve(lambda i, t, y: f"1 0 0 {2 * t} 0 1 0 {y} 0 0 1 1\n", 150),
-    "fewer.txt": curve(lambda i, t, y: "" if i < 10 else f"1 0 0 {2 * t} 0 1 0 {y} 0 0 1 1\n"),
-    "once_a_second.tum": curve(lambda i, t, y: f"{i} {i} {math.sin(i)} 1 0 0 0 1\n", 10),
-    "us.csv": "time[us],x,y,z,qw,qx,qy,qz\n" + curve(lambda i, t, y: f"{1e6 * t:.0f},{t},{y},1,1,0,0,0\n"),
-    "ms.tum": curve(lambda i, t, y: tum_line(1000 * t, t, y)),
-    "minutes.tum": curve(lambda i, t, y: tum_line(t / 60, t, y)),
-    # Stamps of exports start at 1e9 s; a program that needs time to initialize has no poses for the first seconds.
-    "late.tum": curve(lambda i, t, y: "" if i < 141 else tum_line(1e9 + t, t, 0)),
-    "shifted.tum": curve(lambda i, t, y: tum_line(77.25 + t, t, 0)),
-    "later.tum": curve(lambda i, t, y: tum_line((298 + i) / 30, t, 0)),
-    "still.tum": curve(lambda i, t, y: tum_line(t, 2, 1)),
-    "short.tum": tum_line(0, 0, 0) + tum_line(1 / 30, 0.1, 0) + tum_line(2 / 30, 0.2, 0),
-    "gap.tum": curve(lambda i, t, y: tum_line(t, t, y) if i < 100 or i > 200 else ""),
-    "straight.tum": curve(lambda i, t, y: tum_line(t, t, 0)),
-    "two.tum": curve(lambda i, t, y: tum_line(t, t, 0) if i < 60 or i >= 240 else ""),
-    "first.tum": curve(lambda i, t, y: tum_line(t, t, 0) if i < 60 else ""),
-    "stands.tum": curve(lambda i, t, y: tum_line(t, 1e-4 * y, 1e-4 * math.cos(i))),
-    "noisy.tum": curve(lambda i, t, y: tum_line(t, 0.1 * math.sin(i * i), 0.1 * math.cos(7 * i))),
-    "positions.csv": "#timestamp [s],p_RS_R_x [m],p_RS_R_y [m],p_RS_R_z [m]\n" + curve(lambda i, t, y: f"{t:.9f},{t},{y},1\n"),
-    "named.csv": "t[s],tx,ty,tz,qx,qy,qz,qw," + ",".join(f"P{b}{e}" for b in "tr" for e in (11, 12, 13, 22, 23, 33)) + "\n"
-    + curve(lambda i, t, y: f"{t:.9f},{t},{y + 0.2 * (i % 2)},1,0,0,0,1,.01,0,0,.01,0,.01,1,0,0,1,0,1\n"),
-    "sure.tum": curve(lambda i, t, y: f"{t:.9f} {2 * t} 0 1 0 0 0 1 1 0 0 1 0 1 1e-307 0 0 1e-307 0 1e-307\n"),
-}
-REFUSED = [
-    ("truth.tum frames.tum", "frames.tum: its 300 poses last 299.000 s, the 300 of truth.tum last 9.967 s: the stamps of one are in another unit"),
-    ("frames.tum truth.tum", "frames.tum: its 300 poses last 299.000 s"),
-    ("truth.tum poses.txt", "poses.txt: its stamps are frame numbers, those of truth.tum are times; times.txt"),
-    ("truth.tum poses.csv", "poses.csv:1: no header names the columns that commas separate (decimal commas need semicolons or tabs); the "
-                            "first row has 8 columns: 0,0.0,0.0,1,1,0,0,0; expected TUM"),
-    ("truth.tum ms.tum", "ms.tum: its 300 poses last 9966.667 s, the 300 of truth.tum"),
-    *((f"truth.tum minutes.tum{more}", "truth.tum: its 300 poses last 9.967 s, the 300 of minutes.tum last 0.166 s: the stamps of one are")
-      for more in ("", " --interpolate")),
-    *((f"truth.tum truth.tum --align none --t-offset {value}", "--t-offset ") for value in ("inf", "nan", "1e10", "-1e300")),
-    ("truth.tum truth.tum --t-max-diff nan", "--t-max-diff"),
-    *((f"truth.tum truth.tum -d 1 -u m --all-pairs --delta-tol {value}", "--delta-tol") for value in ("-1", "nan", "inf")),
-    *((f"truth.tum truth.tum -u m -d {value}", "-d") for value in ("inf", "nan", "-1", "0")),
-    ("truth.tum truth.tum -d 1e300", "-d 1e+300"),
-    *((f"truth.tum short.tum -d 100 -u {unit}{every}", "the path has no such spans") for unit in "fmsr" for every in ("", " --all-pairs")),
-    ("truth.tum late.tum", "the truth is from 0.000 to 9.967 s, the estimate from 1000000004.700 to 1000000009.967 s; with --t-offset "
-                           "-1000000000 159 of its poses have a true one"),
-    ("truth.tum shifted.tum", "with --t-offset -77.25 300 of its poses have a true one"),
-    ("truth.tum later.tum", "2 of 300 estimated poses have a true one, over 0.033 s: the truth is from 0.000 to 9.967 s"),
-    *((files, "still.tum: all 300 matched poses coincide") for files in ("truth.tum still.tum", "still.tum truth.tum")),
-    ("truth.tum still.tum --align sim3", "coincide"),
-    ("positions.csv truth.tum -r angle_deg", "it needs orientations"),
-    *((files, "all without times, so they cannot be paired by row")
-      for files in ("poses.txt half.txt", "poses.txt fewer.txt --align none", "half.txt poses.txt --align se3")),
-    ("gap.tum truth.tum --align none --max-gap 5", "--interpolate"),
-]
-ACCEPTED = [
-    ("truth.tum once_a_second.tum", ""), ("frames.tum frames.tum", ""),
-    ("truth.tum us.csv", "\nmatched   300"), ("truth.tum ms.tum --columns t[ms],x,y,z", "\nmatched   300"),
-    ("truth.tum mm.tum", "warning   its positions are 1000 times those of the truth; --columns \"t[s] tx[mm] ty[mm] tz[mm] qx qy qz qw\" cuts"),
-    ("mm.tum truth.tum", "warning   its positions are 0.001 times those of the truth; --truth-columns \"t[s] tx[mm] ty[mm] tz[mm] qx"),
-    ("truth.tum degrees.tum", "warning   its positions are 57.3 times those of the truth; --align sim3 cuts the error from "),
-    ("truth.tum ahead.tum", "warning   the clocks differ; --t-offset -0.400 cuts the error from "),
-    ("truth.tum ahead.tum --t-offset -0.3", "warning   the clocks differ; --t-offset -0.400 cuts the error from "),
-    ("truth.tum gps.tum", "warning   the clocks differ; --t-offset 3.000 cuts the error from "),
-    ("truth.tum turned.tum", "warning   the bodies are turned by 73.74 deg; --turn-body 0.00,73.74,0.00 cuts the error from 73.7 to "),
-    ("truth.tum turned.tum --turn-body 0,73.74,0", "APE none [deg]                      300 100.0 % 0.00020471"),
-    ("helix.tum mirrored.tum", "warning   its y axis is mirrored; --columns \"t[s] tx -ty tz qx qy qz qw\" cuts the error from "),
-    ("truth.tum flat.tum --align yaw", "warning   its y axis is mirrored"), ("truth.tum flat.tum --align se3", "\nalignment se3\n\n"),
-    ("truth.tum noisy.tum", "\nalignment none\nwarning   sim3"), ("truth.tum noisy.tum --align se3", "\nalignment se3\n\n"),
-    ("truth.tum late.tum --t-offset -1000000000", ""),
-    ("truth.tum still.tum -r angle_deg", ""),  # a camera may turn on the spot
-    ("truth.tum short.tum", ""),
-    ("positions.csv truth.tum", "300 100.0 %" + 5 * "         0" + "\nAPE origin [m]                    a file has only positions\n"),
-    ("truth.tum named.csv", "NEES none, position [1]             300 100.0 %         -         2         2"),
-    ("stands.tum noisy.tum", "warning   sim3: the scale "),
-    ("stands.tum noisy.tum --align sim3", "warning   sim3: the scale "),
-    ("gap.tum truth.tum --align none --interpolate",
-     "matched   199 of 300 poses (truth interpolated at the estimate's stamps, across at most 0.1 s)"),
-    ("gap.tum truth.tum --align none --interpolate --max-gap 5", "matched   300 of 300 poses"),
-    ("straight.tum two.tum", "covered   120 of 300 true poses, 40.0 % of the time; 9.967 m walked"),
-    ("straight.tum first.tum", "covered   60 of 300 true poses, 20.0 % of the time; 1.967 m walked"),
-    ("straight.tum first.tum", "APE none [m]                         60  20.0 %"),
-]
-
-
 def check_input(program):
+    """The cases of score_cases.txt."""
     with tempfile.TemporaryDirectory() as folder:
-        for name, text in FILES.items():
-            (pathlib.Path(folder) / name).write_text(text)
-        for arguments, text in [*REFUSED, *ACCEPTED]:
-            ran = run(program, *arguments.split(), cwd=folder)
-            refused = (arguments, text) in REFUSED
-            check(f"{arguments}: exit code", ran.returncode, 2 if refused else 0)
-            check(f"{arguments}: prints {text}: {ran.stderr}{ran.stdout}", text in (ran.stderr if refused else ran.stdout), True)
-            check(f"{arguments}: lines of the error", ran.stderr.count("\n"), 1 if refused else 0)
+        for line in pathlib.Path(__file__).with_name("score_cases.txt").read_text().splitlines()[3:]:
+            kind, what, *parts = line.split(" | ")
+            file, text = pathlib.Path(folder) / what, parts[-1].replace("\\n", "\n")
+            if kind == "header":
+                file.write_text(text + "\n")
+            elif kind == "file":
+                rows = ({**vars(math), "i": i, "t": i / 30, "y": math.sin(i / 30)} for i in range(300))
+                file.open("a").writelines(eval(f"f'{text}\\n'", row) for row in rows if eval(parts[0], row))
+            else:
+                refused, ran = kind == "refused", run(program, *what.split(), cwd=folder)
+                check(f"{what}: exit code", ran.returncode, 2 if refused else 0)
+                check(f"{what}: prints {text}: {ran.stderr}{ran.stdout}", text in (ran.stderr if refused else ran.stdout), True)
+                check(f"{what}: lines of the error", ran.stderr.count("\n"), 1 if refused else 0)
         sure = run(program, "truth.tum", "sure.tum", "--json", cwd=folder).stdout
         check("a covariance that is too small gives no number", "inf" not in sure and ("a value is not finite" in sure or "not positive definite" in sure), True)
 

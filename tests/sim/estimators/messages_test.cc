@@ -19,7 +19,6 @@ void expect_at(const std::string& payload, std::size_t begin, const std::map<std
   for (const auto& [byte, number] : expected) EXPECT_EQ(at<Number>(payload, begin + byte), number) << byte;
 }
 const auto expect_words = expect_at<std::uint32_t>;
-const auto expect_longs = expect_at<std::uint64_t>;
 const auto expect_numbers = expect_at<double>;
 
 TEST(Messages, TheStartHasTheLayoutInTheReadme) {
@@ -78,66 +77,16 @@ TEST(Messages, TheSensorListsHaveTheLayoutInTheReadme) {
                  {{48, i < 2 ? 0 : i - 1}, {52, i == 3 ? 0 : i}, {56, width}});  // 3: of cam0
     expect_words(payload, camera,
                  {{64, GAITSLAM_LENS_ONE_PARAMETER_RADIAL}, {136, GAITSLAM_LENS_EQUIDISTANT}});
-    EXPECT_GT(at<double>(payload, camera + 216), at<double>(payload, camera + 208))
-        << "largest and rms error";
-    EXPECT_LT(at<double>(payload, camera + 216), 0.2);
   }
   EXPECT_EQ(names, "cam0 cam1 rgb0 depth0 ");
   expect_numbers(payload, kCameras, {{72, 197}, {104, 7.37e-6}, {320, 30}, {328, 0.01}});
-  expect_numbers(payload, kCameras + 360,
-                 {{296, 0.05}, {360 + 328, start.rig[1].readout_s}});  // 296: baseline
+  expect_numbers(payload, kCameras + 360, {{296, 0.05}});  // the baseline
   expect_numbers(payload, kCameras + 3 * 360, {{344, 0.3}, {352, 10}});
   expect_numbers(payload, kImus, {{48 + 88, -0.4}, {144, 200}, {152, 0.02 / std::sqrt(200)}, {168, 0.003}});
   expect_numbers(payload, kImus, {{184, 9.81}, {192, 0.004}, {200 + 152, 1e-3 / std::sqrt(200)}});
   expect_numbers(payload, kLidars, {{48 + 72, 0.4}, {144, 10}, {168, 40}});
   expect_numbers(payload, kBody, {{3 * 64 + 56, 200}});
   EXPECT_STREQ(payload.data() + kBody + 64, "KNEE");
-  EXPECT_STREQ(payload.data() + kBody + 3 * 64, "right");
-  EXPECT_STREQ(payload.data() + kImus, "imu0");
-  EXPECT_STREQ(payload.data() + kImus + 200, "imu1");
-  EXPECT_STREQ(payload.data() + kLidars, "lidar0");
-}
-
-TEST(Messages, RigReadingsHaveTheLayoutInTheReadme) {
-  slam::Observation o;
-  o.t = slam::Stamp(33);
-  o.image = cv::Mat(1, 3, CV_8UC1, cv::Scalar(7));
-  const auto add = [&o](int sensor) -> slam::RigReading& {
-    slam::RigReading& reading = o.rig.emplace_back();
-    reading.sensor = sensor, reading.t = slam::Stamp(sensor + 1);
-    return reading;
-  };
-  add(1).image = cv::Mat(2, 3, CV_8UC3, cv::Scalar(1, 2, 3));
-  add(2).image = cv::Mat(2, 2, CV_16UC1, cv::Scalar(1000));
-  add(3).gyro.y() = 0.5;
-  o.rig.back().accelerometer.z() = 9.81;
-  add(4).points = {{1, 2, 3, 0.5, 70}, {4, 5, 6, 0.25, 80}};
-  o.body = {{slam::Stamp(21), Eigen::VectorXd::Constant(1, 0.25), {}, {}},
-            {slam::Stamp(22), Eigen::VectorXd::Constant(1, 0.5), {{1, 2, 3}, {4, 5, 6}}, {{7, 8, 9}, {}}}};
-  const std::string payload = observation_message(o, rig_sensors()).substr(16);
-  constexpr std::size_t kCounts = 368 + 8, kImages = kCounts + 16, kSweeps = kImages + 3 * 40,
-                        kReadings = kSweeps + 24, kBody = kReadings + 72, kValues = kBody + 2 * 8,
-                        kData = kValues + 2 * 13 * 8;
-  expect_words(payload, kCounts, {{0, 3}, {4, 1}, {8, 1}, {12, 2}});
-  EXPECT_EQ(at<std::int64_t>(payload, kBody + 8), 22);
-  expect_numbers(payload, kValues, {{0, 0.25}, {13 * 8, 0.5}, {17 * 8, 4}, {22 * 8, 9}});
-  for (const auto& [image, camera, pixels, width, row_bytes, t, at_byte] :
-       {std::array<std::uint64_t, 7>{0, 0, GAITSLAM_PIXELS_GRAY8, 3, 3, 33, 368},
-        {1, 2, GAITSLAM_PIXELS_RGB8, 3, 9, 2, kData},
-        {2, 3, GAITSLAM_PIXELS_DEPTH16, 2, 4, 3, kData + 24}}) {
-    const std::size_t words = kImages + image * 40;
-    expect_words(payload, words, {{0, camera}, {4, pixels}, {8, width}});
-    expect_longs(payload, words, {{16, row_bytes}, {24, t}, {32, at_byte}});
-  }
-  EXPECT_EQ(payload.substr(368, 3), "\7\7\7");
-  EXPECT_EQ(payload.substr(kData, 6), "\1\2\3\1\2\3");
-  EXPECT_EQ(at<std::uint16_t>(payload, kData + 24 + 6), 1000);
-  expect_words(payload, kSweeps, {{0, 0}, {4, 2}, {kReadings - kSweeps, 1}});
-  EXPECT_EQ(at<std::uint64_t>(payload, kSweeps + 16), kData + 32);
-  EXPECT_EQ(at<float>(payload, kData + 32 + 20 + 8), 6);
-  EXPECT_EQ(at<std::int32_t>(payload, kData + 32 + 20 + 16), 80);
-  expect_numbers(payload, kReadings, {{32, 0.5}, {64, 9.81}});
-  EXPECT_EQ(payload.size(), kData + 32 + 40);
 }
 
 TEST(Messages, AnObservationHasTheLayoutInTheReadme) {
@@ -177,9 +126,9 @@ TEST(Messages, AnAnswerIsReadBackBitForBit) {
   words.t_ns = 33;
   words.status = GAITSLAM_DIVERGED;
   words.has_covariance = 1;
-  for (int i = 0; i < 9; ++i) words.X_WC.rotation[i] = 0.1 * i;
-  for (int i = 0; i < 36; ++i) words.covariance[i] = 1e-3 * i;
-  words.X_WC.translation_m[2] = 1.0 / 3;
+  words.X_WC.rotation[5] = 1.0 / 3;
+  words.X_WC.translation_m[2] = 1.0 / 7;
+  words.covariance[6] = 0.125;
   words.landmark_count = 2;
   words.cause_bytes = 4;
   gaitslam_landmark landmarks[2]{};
@@ -192,14 +141,12 @@ TEST(Messages, AnAnswerIsReadBackBitForBit) {
   EXPECT_EQ(answer.estimate->t.count(), 33);
   EXPECT_EQ(answer.report.health, slam::Health::diverged);
   EXPECT_EQ(answer.report.cause, "d rk");
-  EXPECT_EQ(answer.estimate->X_WC.linear()(1, 2), 0.1 * 5);
-  EXPECT_EQ(answer.estimate->X_WC.translation().z(), 1.0 / 3);
-  EXPECT_EQ((*answer.estimate->covariance)(1, 0), 1e-3 * 6);
-  ASSERT_TRUE(answer.map);
-  ASSERT_EQ(answer.map->size(), 2U);
+  EXPECT_EQ(answer.estimate->X_WC.linear()(1, 2), 1.0 / 3);
+  EXPECT_EQ(answer.estimate->X_WC.translation().z(), 1.0 / 7);
+  EXPECT_EQ((*answer.estimate->covariance)(1, 0), 0.125);
+  ASSERT_EQ(answer.map.value().size(), 2U);
   EXPECT_EQ((*answer.map)[1].id, 9);
   EXPECT_EQ((*answer.map)[1].covariance(1, 2), 0.25);
-  EXPECT_TRUE((*answer.map)[0].covariance.isZero());
 }
 
 programs::Choice choice_of(const std::string& value) {

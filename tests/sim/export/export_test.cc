@@ -42,6 +42,7 @@ class Expected {
     }
     if (input.plan) add("plan.csv", input.t, input.plan->X_PC);
     add("cam0", input.t, input.image);
+    if (!input.image.empty()) add("straight", input.t, Undistortion(head_camera())(input.image));
   }
   /// IMU readings are stamped in the middle of their 10 ms interval; each point of a lidar has its own row.
   void add(const rig::RigSensor& sensor, const slam::RigReading& reading) const {
@@ -241,17 +242,19 @@ YAML::Node bag_of(const fs::path& folder) {
   return YAML::LoadFile(folder / "metadata.yaml")["rosbag2_bagfile_information"];
 }
 
-// As recorded, and without distortion: numpy computes each pixel independently, because noise differs by many
-// gray levels a hundredth of a pixel away.
 TEST_F(Exported, EachFormatIsReadBackByNumpyAndTheMcapProjectsReader) {
   if (!reader_missing().empty()) GTEST_SKIP() << reader_missing();
-  for (run_.undistort = false;; run_.undistort = true) {
-    for (const std::string& format : export_formats()) EXPECT_EQ(difference(format), "") << format;
-    const cv::FileStorage chain(folder_ / "openvins/kalibr_imucam_chain.yaml", cv::FileStorage::READ);
-    EXPECT_EQ(chain["cam0"]["distortion_model"].string(), run_.undistort ? "radtan" : "equidistant");
-    if (run_.undistort) break;
-    files::write_text(expected_ / "undistorted", "");
-  }
+  for (const std::string& format : export_formats()) EXPECT_EQ(difference(format), "") << format;
+}
+
+TEST_F(Exported, WithoutDistortionTheCalibrationIsThatOfThePinholeOfTheImages) {
+  run_.undistort = true;
+  const cv::FileStorage chain(made("openvins") / "kalibr_imucam_chain.yaml", cv::FileStorage::READ);
+  EXPECT_EQ(chain["cam0"]["distortion_model"].string(), "radtan");
+  const slam::CameraIntrinsics pinhole = Undistortion(head_camera()).pinhole();
+  for (const auto& [i, number] :
+       {std::pair(0, pinhole.fu_px), {1, pinhole.fv_px}, {2, pinhole.u0_px}, {3, pinhole.v0_px}})
+    EXPECT_EQ(chain["cam0"]["intrinsics"][i].real(), number);
 }
 
 TEST_F(Exported, WithoutTruthNoFileContainsIt) {
@@ -279,14 +282,10 @@ TEST_F(Exported, MetadataOfABagCountsItsMessagesAndStatesWhichTopicsAreLatched) 
                 + 12 + 2 + 3 * 2 + 2    // true frames, fixed ones, paths, maps
                 + 22 + 2 * 22           // joints, wrenches
                 + 1 + 11);              // the robot, its links
-  std::vector<std::string> transient_local;
+  int latched = 0;
   for (const YAML::Node& topic : bag["topics_with_message_count"])
-    for (const YAML::Node& qos :
-         YAML::Load(topic["topic_metadata"]["offered_qos_profiles"].as<std::string>()))
-      if (qos["durability"].as<int>() == 1)
-        transient_local.push_back(topic["topic_metadata"]["name"].as<std::string>());
-  EXPECT_THAT(transient_local,
-              testing::UnorderedElementsAre("/tf_static", "/ground_truth/tf_static", "/robot_description"));
+    latched += YAML::Dump(topic).find("durability: 1") != std::string::npos;
+  EXPECT_EQ(latched, 3) << "which, the reader of MCAP knows";
 }
 
 TEST_F(Exported, AChangedByteOfABagIsDetectedByItsReader) {
@@ -296,20 +295,6 @@ TEST_F(Exported, AChangedByteOfABagIsDetectedByItsReader) {
   bytes[bytes.size() / 2] ^= 1;
   files::write_text(mcap, bytes);
   EXPECT_THAT(messages(mcap), HasSubstr("CRC"));
-}
-
-TEST_F(Exported, EachFormatReportsItsProgressAndStatesTheCommandAndTheLens) {
-  for (const std::string& format : export_formats()) {
-    std::vector<double> parts;
-    run_.progress = [&](double part) { parts.push_back(part); };
-    const std::string text = files::read_text(made(format) / "README.md");
-    EXPECT_THAT(text, HasSubstr("FOLDER")) << format;
-    EXPECT_THAT(text, HasSubstr(format == "tum" ? "an ideal pinhole" : "px root mean square")) << format;
-    EXPECT_THAT(text, HasSubstr("`cam0`, gray: 64 x 48 px")) << format;
-    EXPECT_GT(parts.size(), 2u) << format;
-    EXPECT_TRUE(std::is_sorted(parts.begin(), parts.end())) << format;
-    EXPECT_EQ(parts.back(), 1) << format;
-  }
 }
 
 TEST_F(Exported, AnUnknownFormatOrADamagedRecordingLeavesNoFolder) {
@@ -501,15 +486,11 @@ TEST_F(RigWithClocks, OpenVinsUsesBothEyesAndItsBagContainsThem) {
   EXPECT_EQ(cameras["cam1"]["rostopic"].string(), "/cam1/image_raw");
   expect_pose(imus["imu1"]["T_i_b"], (X_GC_ * rig_[kImu].X_CS).inverse());
   if (!reader_missing().empty()) GTEST_SKIP() << reader_missing();
-  json all = json::parse(messages(out / "bag/run.mcap"));
-  const auto expected = [&](const char* name) {
-    const std::string rows = files::read_text(expected_ / name);
-    return std::count(rows.begin(), rows.end(), '\n');
-  };
-  EXPECT_EQ(all["/cam1/image_raw"].size(), expected("right_eye.csv"));
-  EXPECT_EQ(all["/cam1/camera_info"].size(), expected("right_eye.csv"));
+  const json all = json::parse(messages(out / "bag/run.mcap"));
+  for (const char* topic : {"/cam1/image_raw", "/cam1/camera_info"})
+    EXPECT_EQ(all[topic].size(), 18u) << topic;
   EXPECT_EQ(all["/cam1/image_raw"][0]["encoding"], "mono8");
-  EXPECT_EQ(all["/imu1"].size(), expected("chest.csv"));
+  EXPECT_GT(all["/imu1"].size(), 30u);
   for (const auto& [topic, list] : all.items()) EXPECT_FALSE(topic.starts_with("/rig/")) << topic;
 }
 
@@ -523,24 +504,29 @@ TEST_F(RigExport, TheUndistortedRightEyeFormsAStereoPair) {
   EXPECT_NEAR(right["p"][3].get<double>(), -left["p"][0].get<double>() * 0.06, 1e-12);
 }
 
-TEST(Undistortion, ColorIsInterpolatedByChannelAndDepthTakenFromTheNearestPixel) {
+TEST(Undistortion, GrayAndColorAreInterpolatedAndDepthIsTakenFromTheNearestPixel) {
   sensor_errors::Random random(1, "undistortion test");
   const Undistortion undistort(head_camera());
-  cv::Mat channels[3], color;
-  for (cv::Mat& channel : channels) channel = random_image({64, 48}, random);
-  cv::merge(channels, 3, color);
-  cv::Mat straight[3];
-  cv::split(undistort(color), straight);
-  for (int i = 0; i < 3; ++i) expect_same(straight[i], undistort(channels[i]));
-  cv::Mat columns(48, 64, CV_16UC1);
+  cv::Mat1b gray = random_image({64, 48}, random);
+  cv::Mat1w columns(48, 64);
   for (int i = 0; i < 64; ++i) columns.col(i) = 100 * i;
-  const cv::Mat nearest = undistort(columns);
+  cv::Mat color;
+  cv::merge(std::vector<cv::Mat>{gray, gray * 0.5, gray}, color);
+  cv::Mat1b straight = undistort(gray), middle;
+  cv::extractChannel(undistort(color), middle, 1);
+  expect_same(middle, undistort(gray * 0.5));
+  const cv::Mat1w nearest = undistort(columns);
   const slam::Camera pinhole(undistort.pinhole()), recorded(head_camera());
   for (int v = 0; v < 48; ++v)
     for (int u = 0; u < 64; ++u) {
-      const int mm = nearest.at<std::uint16_t>(v, u);
-      EXPECT_EQ(mm % 100, 0);
-      EXPECT_NEAR(mm / 100.0, recorded.project(pinhole.unproject({u, v})->h)->pixel.x(), 0.5 + 1e-9);
+      const Eigen::Vector2d p = recorded.project(pinhole.unproject({u, v})->h)->pixel;
+      const int x = std::min(static_cast<int>(p.x()), 62), y = std::min(static_cast<int>(p.y()), 46);
+      const double a = p.x() - x, b = p.y() - y;
+      const double expected = (1 - b) * ((1 - a) * gray(y, x) + a * gray(y, x + 1)) +
+                              b * ((1 - a) * gray(y + 1, x) + a * gray(y + 1, x + 1));
+      EXPECT_NEAR(straight(v, u), expected, 0.5 + 1e-9);  // rounding
+      EXPECT_EQ(nearest(v, u) % 100, 0);
+      EXPECT_NEAR(nearest(v, u) / 100.0, p.x(), 0.5 + 1e-9);
     }
 }
 

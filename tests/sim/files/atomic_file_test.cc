@@ -20,16 +20,6 @@ std::vector<std::string> names(const fs::path& folder) {
   return all;
 }
 
-TEST(AtomicFile, AFileThatCannotBeWrittenIsReportedAndLeavesNothing) {
-  const TemporaryFolder folder;
-  EXPECT_THAT(error_of([&] { write_atomically(folder / "none" / "a.json", "x"); }),
-              testing::AllOf(HasSubstr("none"), HasSubstr("No such file or directory")));
-  fs::create_directory(folder / "taken");
-  EXPECT_THAT(error_of([&] { write_atomically(folder / "taken", "x"); }),
-              HasSubstr("taken: cannot be written"));
-  EXPECT_THAT(names(folder.path()), testing::ElementsAre("taken"));
-}
-
 TEST(AtomicFile, ReplacesOnlyRegularFiles) {
   const TemporaryFolder folder;
   ASSERT_EQ(mkfifo((folder / "pipe").c_str(), 0600), 0);

@@ -63,6 +63,20 @@ inline std::string replaced(std::string text, std::string_view from, std::string
   return text;
 }
 
+/// Returns the rows of a data file below tests/, whose fields are separated by " | "; # starts a comment.
+inline std::vector<std::vector<std::string>> rows_of(const std::string& file) {
+  std::vector<std::vector<std::string>> rows;
+  for (const std::string& line :
+       sim::files::lines_of(sim::files::read_text(GAITSLAM_SOURCE_DIR "/tests/" + file))) {
+    if (line.empty() || line[0] == '#') continue;
+    rows.emplace_back();
+    for (std::size_t from = 0, to = 0; to != line.npos; from = to + 3)
+      rows.back().push_back(line.substr(from, (to = line.find(" | ", from)) - from));
+  }
+  EXPECT_GT(rows.size(), 3u) << file;
+  return rows;
+}
+
 /// Match texts that contain all of several parts, or none of them.
 auto Has(const auto&... parts) { return testing::AllOf(testing::HasSubstr(parts)...); }
 auto Lacks(const auto&... parts) { return testing::AllOf(testing::Not(testing::HasSubstr(parts))...); }

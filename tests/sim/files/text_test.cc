@@ -1,10 +1,7 @@
 #include "sim/files/text.h"
 
-#include <sys/socket.h>
 #include <sys/stat.h>
-#include <sys/un.h>
 
-#include <cstring>
 #include <nlohmann/json.hpp>
 
 #include "sim/files/csv.h"
@@ -40,23 +37,13 @@ TEST(Text, AFileThatCannotBeReadOrWrittenIsReportedWithTheReason) {
               HasSubstr("/dev/full: cannot be written: No space left on device"));
 }
 
-void make_socket(const fs::path& file) {
-  sockaddr_un address{};
-  address.sun_family = AF_UNIX;
-  std::strncpy(address.sun_path, file.c_str(), sizeof address.sun_path - 1);
-  const int fd = ::socket(AF_UNIX, SOCK_STREAM, 0);
-  ASSERT_EQ(::bind(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
-  ::close(fd);
-}
-
 // Opening a pipe without a writer would block forever.
 TEST(InputFile, IsRejectedAtOnceIfNotRegular) {
   const TemporaryFolder folder;
   ASSERT_EQ(mkfifo((folder / "pipe").c_str(), 0600), 0);
-  make_socket(folder / "socket");
   fs::create_symlink("pipe", folder / "link");
   fs::create_symlink("/dev/zero", folder / "device");
-  for (const char* name : {"pipe", "socket", "link", "device"}) {
+  for (const char* name : {"pipe", "link", "device"}) {
     const fs::path file = folder / name;
     const std::function<void()> readers[] = {
         [&] { read_text(file); }, [&] { read_json(file); }, [&] { CsvReader rows(file); },
@@ -97,8 +84,6 @@ TEST(InputFile, IsRejectedBeforeItIsReadIfTooLarge) {
   const fs::path largest = sparse("largest", std::uintmax_t{1} << 40);
   EXPECT_THAT(error_of([&] { CsvReader rows(largest); }),
               HasSubstr("has 1099511627776 bytes, expected at most 17179869184"));
-  EXPECT_THAT(error_of([&] { CsvReader rows(large, {"a,b"}); }),
-              HasSubstr("large:1: has more than 1048576 characters"));
   EXPECT_THAT(error_of([&] { CsvReader rows(large); }),
               HasSubstr("large: is compressed, binary, UTF-16 or UTF-32"));
 }
@@ -260,20 +245,19 @@ TEST(Json, ValuesAreReadWithTheirTypes) {
 
 TEST(Json, AWrongTypeIsReportedWithFileAndKey) {
   const std::string text = R"({"a": {"b": [1, "x"]}, "n": -1, "f": 1.5, "t": "x", "o": {}})";
-  const auto says = [&](const std::function<void(const Json&)>& read) { return json_complaint(text, read); };
-  EXPECT_EQ(says([](const Json& j) { j.at("a").text(); }), "a: expected text, found object");
-  EXPECT_EQ(says([](const Json& j) { j.at("a").at("b").items()[1].number(); }),
+  const auto says = [&](const char* key, const auto& read) {
+    return json_complaint(text, [&](const Json& j) { read(j.at(key)); });
+  };
+  EXPECT_EQ(says("a", [](const Json& j) { j.text(); }), "a: expected text, found object");
+  EXPECT_EQ(says("a", [](const Json& j) { j.at("b").items()[1].number(); }),
             "a.b[1]: expected a number, found string");
-  EXPECT_EQ(says([](const Json& j) { j.at("a").at("c"); }), "a.c: is missing");
-  EXPECT_EQ(says([](const Json& j) { j.at("t").at("c"); }), "t: expected an object, found string");
-  EXPECT_EQ(says([](const Json& j) { j.at("t").find("c"); }), "t: expected an object, found string");
-  EXPECT_EQ(says([](const Json& j) { j.at("n").whole(); }),
-            "n: expected a whole number from 0, found number");
-  EXPECT_EQ(says([](const Json& j) { j.at("f").whole(); }),
-            "f: expected a whole number from 0, found number");
-  EXPECT_EQ(says([](const Json& j) { j.at("f").flag(); }), "f: expected true or false, found number");
-  EXPECT_EQ(says([](const Json& j) { j.at("o").items(); }), "o: expected a list, found object");
-  EXPECT_EQ(says([](const Json& j) { j.at("t").entries(); }), "t: expected an object, found string");
+  EXPECT_EQ(says("a", [](const Json& j) { j.at("c"); }), "a.c: is missing");
+  EXPECT_EQ(says("t", [](const Json& j) { j.find("c"); }), "t: expected an object, found string");
+  for (const char* key : {"n", "f"})
+    EXPECT_EQ(says(key, [](const Json& j) { j.whole(); }),
+              key + std::string(": expected a whole number from 0, found number"));
+  EXPECT_EQ(says("f", [](const Json& j) { j.flag(); }), "f: expected true or false, found number");
+  EXPECT_EQ(says("o", [](const Json& j) { j.items(); }), "o: expected a list, found object");
 }
 
 TEST(Json, OnlyObjectsAreAccepted) {

@@ -1,7 +1,5 @@
 // Runs that do not end where their plan does: steered by the truth or by the estimate, or stopped by walls
 // and furniture.
-#include "sim/live/setup.h"
-#include "sim/scenario/robot.h"
 #include "tests/sim/live/run_folder.h"
 #include "tests/sim/scenario/test_scenarios.h"
 
@@ -11,7 +9,7 @@ namespace fs = std::filesystem;
 using sim::result::Outcome;
 using sim::scenario::Ending;
 using sim::scenario::ReadScenario;
-using testing::HasSubstr, testing::IsEmpty, testing::StartsWith;
+using testing::HasSubstr, testing::IsEmpty;
 
 // On the slippery floor, so that a few steps drift.
 constexpr const char* kWalk = R"(
@@ -63,26 +61,16 @@ TEST_F(SteeredRunTest, SteeredByTheEstimateTheBitsAreTheSameHoweverImagesAreDraw
 }
 
 TEST_F(SteeredRunTest, AnAnswerSteersOnlyAfterItsComputingTime) {
-  const auto walk = [&](const std::string& name, const std::string& time, int threads = 1) {
-    EXPECT_EQ(run(name, read(kShortWalkInOffice, {"estimator.time={model: " + time + "}"}), threads).ending,
+  const auto walk = [&](const std::string& name, const std::string& time) {
+    EXPECT_EQ(run(name, read(kShortWalkInOffice, {"estimator.time={model: " + time + "}"})).ending,
               Ending::completed);
     return file(name, "truth.tum");
   };
-  const std::string none = walk("none", "none"), late = walk("late", "fixed, frame_ms: 60");
-  EXPECT_NE(walk("200", "fixed, frame_ms: 200"), late);
+  const std::string late = walk("late", "fixed, frame_ms: 60");
+  EXPECT_NE(walk("later", "fixed, frame_ms: 200"), late);
   EXPECT_NEAR(score("late", "dropped_frames_fraction"), 0.5, 0.01);
   EXPECT_NEAR(score("late", "latency_p99_ms"), 60, 1e-9);
   EXPECT_NEAR(score("late", "budget_fraction_mean"), 1.8, 1e-9);
-  walk("beside", "fixed, frame_ms: 60", 2);
-  EXPECT_THAT(tests::differences(folder_ / "late", folder_ / "beside"), IsEmpty());
-  replay("late", "replay", read(kShortWalkInOffice, {"estimator.time={model: fixed, frame_ms: 60}"}));
-  EXPECT_THAT(changed_by_replay("late", "replay"), IsEmpty());
-  ASSERT_EQ(run("0", read(kShortWalkInOffice,
-                          {"estimator.time={model: fixed, frame_ms: 0}", "walk.steering.latency_s=0.1"}))
-                .ending,
-            Ending::completed);
-  EXPECT_EQ(file("0", "truth.tum"), none);
-  EXPECT_EQ(file("0", "estimate.tum"), file("none", "estimate.tum"));
 }
 
 // plan_alone estimates what was planned: without a difference nothing is corrected, however the true robot
@@ -139,16 +127,6 @@ class CollisionTest : public tests::RunFolder {
   }
 };
 
-TEST_F(CollisionTest, ErrorsNameTheArgumentThatContainsTheCommands) {
-  const auto clear = [&] {
-    sim::live::clear_plan(
-        read(kAhead, {"seed=2", "walk.commands=[{stand: {duration_s: 1}}, {straight: {forward_m: 5}}]"}),
-        {sim::scenario::read_robot(sim::scenario::robot_folder("hrp2")), "office", kModels});
-  };
-  EXPECT_THAT(sim::files::error_of<sim::scenario::ConfigError>(clear),
-              StartsWith("<argument>:2:42: walk.commands[1]: straight: at "));
-}
-
 TEST_F(CollisionTest, WalkingNineMetersAheadEndsAtTheFurnitureIfTheScenarioAllowsIt) {
   const Outcome outcome = run("ahead", read(kAhead, {"limits.ending=[collided]"}));
   EXPECT_EQ(outcome.ending, Ending::collided);
@@ -177,11 +155,10 @@ TEST_F(CollisionTest, ARobotThatIsPushedIntoFurnitureCollides) {
 
 TEST_F(CollisionTest, AWalkThatTouchesNothingHasTheSameBitsInEveryRoom) {
   const char* const walk = "walk: {commands: [{straight: {forward_m: 0.3}}]}\n";
-  for (const char* room : {"floor", "office", "hall"})
+  for (const char* room : {"floor", "office"})
     ASSERT_EQ(run(room, read(walk, {std::string("world.room=") + room})).ending, Ending::completed);
-  for (const char* room : {"office", "hall"})
-    EXPECT_THAT(tests::differences(folder_ / "floor/recording", folder_ / room / "recording", "manifest.csv"),
-                IsEmpty());
+  EXPECT_THAT(tests::differences(folder_ / "floor/recording", folder_ / "office/recording", "manifest.csv"),
+              IsEmpty());
 }
 
 // Whole walks of the shipped scenarios, without camera and filter.

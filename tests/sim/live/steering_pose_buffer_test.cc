@@ -89,8 +89,7 @@ TEST(SteeringPoseBuffer, UsesEstimatesOnlyOnceTheyAreOldEnough) {
   }
   EXPECT_EQ(places.usable_until(150ms), slam::Stamp(50ms));
   EXPECT_FALSE(places.newest(-1ms));
-  EXPECT_EQ(places.newest(50ms)->t_s, 0.033);
-  EXPECT_EQ(places.newest(60ms)->t_s, 0.033);
+  EXPECT_EQ(places.newest(66ms)->t_s, 0.033);
   EXPECT_EQ(places.newest(67ms)->t_s, 0.067);
   const SteeringPoseBuffer exposed(late(0.01), {}, 30ms);  // waits for the end of the exposure
   EXPECT_EQ(exposed.usable_until(100ms), slam::Stamp(70ms));
@@ -126,22 +125,20 @@ TEST(SteeringPoseBuffer, FaultsDisplaceAndFreezeEstimates) {
   EXPECT_NEAR(stuck->estimated.position.x() - stuck->planned.position.x(), -0.02, 1e-12);
 }
 
-class OrderedWorkers : public testing::TestWithParam<bool> {};
-INSTANTIATE_TEST_SUITE_P(WithAndWithoutAThread, OrderedWorkers, testing::Bool());
-
-TEST_P(OrderedWorkers, WorkInOrderOnOneThreadAndPassOnResultsAndExceptions) {
-  std::vector<int> done;
-  std::vector<std::future<std::thread::id>> threads;
-  OrderedWorker worker(GetParam());
-  for (int i = 0; i < 5; ++i)
-    threads.push_back(worker.do_next([&done, i] { return done.push_back(i), std::this_thread::get_id(); }));
-  auto fault = worker.do_next([]() -> int { throw std::runtime_error("no"); });
-  EXPECT_EQ(worker.do_next([] { return 8; }).get(), 8);
-  EXPECT_THROW(fault.get(), std::runtime_error);
-  EXPECT_EQ(done, (std::vector{0, 1, 2, 3, 4}));
-  const std::thread::id first = threads[0].get();
-  EXPECT_EQ(first != std::this_thread::get_id(), GetParam());
-  for (std::size_t i = 1; i < threads.size(); ++i) EXPECT_EQ(threads[i].get(), first);
+TEST(OrderedWorker, WorksInOrderOnOneThreadAndPassesOnResultsAndExceptions) {
+  for (const bool beside : {false, true}) {
+    std::vector<int> done;
+    std::set<std::thread::id> threads;
+    OrderedWorker worker(beside);
+    for (int i = 0; i < 5; ++i)
+      worker.do_next([&, i] { return done.push_back(i), threads.insert(std::this_thread::get_id()), 0; });
+    auto fault = worker.do_next([]() -> int { throw std::runtime_error("no"); });
+    EXPECT_EQ(worker.do_next([] { return 8; }).get(), 8);
+    EXPECT_THROW(fault.get(), std::runtime_error);
+    EXPECT_EQ(done, (std::vector{0, 1, 2, 3, 4}));
+    EXPECT_EQ(threads.size(), 1u);
+    EXPECT_EQ(threads.contains(std::this_thread::get_id()), !beside);
+  }
 }
 
 TEST(OrderedWorker, DropsWorkThatHasNotBegunWhenItEnds) {

@@ -14,53 +14,55 @@ namespace {
 using files::TemporaryFolder;
 using tests::Has;
 
-/// A robot of few links in the style of public models: degrees, newer attributes, visuals without meshes.
-/// hips: of a link between base and legs.
-std::string model(const std::string& hips = "") {
-  const auto link = [](const std::string& name, const std::string& pos, const std::string& axis,
-                       const std::string& more) {
-    return "\n<body name='" + name + "' pos='" + pos +
-           "'><inertial pos='0 0 0' mass='1' diaginertia='.01 .01 .01'/>" + "<joint name='" + name +
-           "_joint' axis='" + axis + "' range='-90 90' actuatorfrcrange='-50 50'/>" + more;
-  };
-  const auto leg = [&](const std::string& side, const std::string& y) {
-    const auto name = [&](const char* part) { return side + part; };
-    return link(name("_yaw"), "0 " + y + " -0.1", "0 0 1", "") + link(name("_roll"), "0 0 0", "1 0 0", "") +
-           link(name("_hip"), "0 0 0", "0 1 0", "") + link(name("_knee"), "0 0 -0.3", "0 1 0", "") +
-           link(name("_ankle"), "0 0 -0.3", "0 1 0", "") +
-           link(name("_foot"), "0 0 0", "1 0 0",
-                "<geom name='" + side +
-                    "_box' type='box' size='0.1 0.05 0.01' pos='0.02 0 -0.06'/>"
-                    "<geom type='sphere' size='0.05' contype='0' conaffinity='0'/>") +
-           "</body></body></body></body></body></body>";
-  };
-  return "<mujoco><worldbody><geom name='floor' type='plane' size='1 1 1'/><body name='pelvis' pos='0 0 1'>"
-         "<joint type='free'/><inertial pos='0 0 0' mass='5' diaginertia='1 1 1'/>" +
-         hips + leg("left", "0.1") + leg("right", "-0.1") + (hips.empty() ? "" : "</body>") +
-         link("chest", "0 0 0.3", "0 0 1",
-              "<geom type='box' size='0.1 0.2 0.2'/><site name='imu' pos='0 0 0.1'/>") +
-         link("head", "0 0 0.3", "0 0 1", "<geom type='sphere' size='0.1'/></body>") +
-         link("arm", "0 0.2 0.2", "0 1 0", "</body>") + "</body></body></worldbody></mujoco>";
+/// A file of a robot of few links in the style of public models: degrees, newer attributes, visuals without
+/// meshes.
+std::string given(const std::string& name) {
+  return files::read_text(GAITSLAM_SOURCE_DIR "/tests/sim/physics/robot/" + name);
+}
+const std::string& model() {
+  static const std::string text = given("robot.xml");
+  return text;
 }
 
-/// Its file, with what first_robot_file() guesses.
-RobotFile robot(const TemporaryFolder& folder) {
-  files::write_text(folder / "robot.xml", model());
-  RobotFile file;
-  file.folder = folder.path();
-  file.base = "pelvis";
-  file.head_camera = {"head", {0.1, 0, 0.05}};
-  file.imu = {"chest", {0, 0, 0.1}};
-  for (std::size_t side = 0; side < 2; ++side) {
-    const std::string name = side == 0 ? "right" : "left";
-    file.feet[side].body = name + "_foot";
-    file.feet[side].sole_m = {0, 0, -0.07};
-    for (const char* joint : {"_yaw", "_roll", "_hip", "_knee", "_ankle", "_foot"})
-      file.legs[side].push_back(name + joint + "_joint");
-    file.servos.push_back({file.legs[side], 1000, 10, 0.02, side == 0 ? std::optional(30.0) : std::nullopt});
+/// The robot in a folder, with its file.
+class Adapted : public testing::Test {
+ protected:
+  Adapted() {
+    for (const char* name : {"robot.xml", "robot.yaml"}) files::write_text(folder / name, given(name));
+    file = scenario::read_robot(folder.path());
   }
-  return file;
-}
+  void write(const std::string& text) const { files::write_text(folder / "robot.xml", text); }
+  /// Writes the model with each match of a regular expression replaced.
+  void change(const char* from, const std::string& to) const {
+    write(std::regex_replace(model(), std::regex(from), to));
+  }
+  std::string guess() const { return first_robot_file(folder / "robot.xml", "robot.xml"); }
+  /// Returns the guess for a changed model.
+  std::string guess_with(const char* from, const std::string& to) const {
+    change(from, to);
+    return guess();
+  }
+  /// Returns the guessed file as it is read again. The robot can be read by it.
+  RobotFile guessed_file() const {
+    files::write_text(folder / "robot.yaml", guess());
+    const RobotFile guessed = scenario::read_robot(folder.path());
+    EXPECT_NO_THROW(read_robot(*load_mjcf(adapt(guessed).root, "robot.xml"), guessed));
+    return guessed;
+  }
+  Model loaded() const { return load_mjcf(adapt(file).root, "the robot"); }
+  /// Bends the knees, and leaves limits and armatures to the model.
+  void bend() {
+    for (RobotFile::Servo& servo : file.servos) servo.effort_nm.reset(), servo.armature_kg_m2.reset();
+    for (const char* side : {"left", "right"})
+      for (const auto& [part, angle] :
+           {std::pair("_hip_joint", -0.15), {"_knee_joint", 0.3}, {"_ankle_joint", -0.15}})
+        file.posture_rad[side + std::string(part)] = angle;
+  }
+
+  const TemporaryFolder folder;
+  RobotFile file;
+};
+using FirstRobotFile = Adapted;
 
 std::string rejection(const RobotFile& file) {
   try {
@@ -71,11 +73,9 @@ std::string rejection(const RobotFile& file) {
   return "";
 }
 
-TEST(Adapted, RobotHasTheBenchsServosPartsAndContacts) {
-  const TemporaryFolder folder;
-  const AdaptedRobot adapted = adapt(robot(folder));
-  const Model loaded = load_mjcf(adapted.root, "robot.xml");
-  const mjModel& m = *loaded;
+TEST_F(Adapted, RobotHasTheBenchsServosPartsAndContacts) {
+  const Model model = loaded();
+  const mjModel& m = *model;
   EXPECT_EQ(m.nu, 12);
   EXPECT_EQ(m.njnt, 13) << "joints without a servo are rigid";
   const auto joint_of = [&](int servo) {
@@ -108,10 +108,8 @@ TEST(Adapted, RobotHasTheBenchsServosPartsAndContacts) {
   EXPECT_NEAR(m.body_subtreemass[0], 20, 1e-9);
 }
 
-TEST(Adapted, RobotThatNamesSomethingMissingInItsModelIsRejectedAtThatKey) {
-  const TemporaryFolder folder;
-  const RobotFile good = robot(folder);
-  RobotFile file = good;
+TEST_F(Adapted, RobotThatNamesSomethingMissingInItsModelIsRejectedAtThatKey) {
+  const RobotFile good = file;
   file.places["imu"] = "robot.yaml:7:1", file.imu.link = "torso";
   EXPECT_THAT(rejection(file),
               Has("robot.yaml:7:1: imu: the model has no body 'torso', expected one of arm, chest"));
@@ -136,37 +134,17 @@ TEST(Adapted, RobotThatNamesSomethingMissingInItsModelIsRejectedAtThatKey) {
 }
 
 // Each part of the model is wrong once. Errors that the library itself reports also have a place.
-TEST(Adapted, WrongModelIsRejectedWithFileLineAndElement) {
-  const TemporaryFolder folder;
-  const RobotFile file = robot(folder);
+TEST_F(Adapted, WrongModelIsRejectedWithFileLineAndElement) {
   const std::string good = model();
   const auto error_with = [&](const std::string& from, const std::string& part, const std::string& instead) {
     std::string text = good;
     text.replace(text.find(part, text.find(from)), part.size(), instead);
-    files::write_text(folder / "robot.xml", text);
+    write(text);
     return rejection(file);
   };
   EXPECT_EQ(error_with("left_knee", "mass='1'", "mass='2'"), "");
-  const std::array<std::string, 4> cases[]{
-      {"left_knee", "mass='1'", "mass='0'", "robot.xml:5: body: mass and inertia of moving bodies"},
-      {"left_knee", ".01 .01 .01", "1 1 3", "robot.xml:5: body: inertia must satisfy A + B >= C"},
-      {"left_knee", ".01 .01 .01", "9e3 9e3 9e3",
-       "robot.xml:5: body: 'left_knee' has 1 kg and a moment of inertia of 9000"},
-      {"left_knee", "mass='1'", "mass='1000'",
-       "robot.xml:1: body: the robot weighs 1019 kg, expected kilograms"},
-      {"left_knee", "pos='0 0 -0.3'", "pos='0 0 -300'", "robot.xml:1: body: the robot is 3"},
-      {"left_knee", " diaginertia='.01 .01 .01'", "", "robot.xml:5: body: mass and inertia of moving bodies"},
-      {"left_knee", "axis='0 1 0'", "axis='0 0 0'", "robot.xml:5: joint: axis too small"},
-      {"left_knee", "range='-90 90'", "range='9 -9'", "robot.xml:5: joint: range[0] should be smaller"},
-      {"left_knee", "range='-90 90'", "", "robot.xml:5: joint range: 'left_knee_joint' has none"},
-      {"left_knee",
-       "range=", "type='slide' range=", "robot.xml:5: joint type: of 'left_knee_joint' is not hinge"},
-      {"left_knee",
-       "range=", "limited='false' range=", "robot.xml:5: joint range: 'left_knee_joint' has none"},
-      {"left_knee", "left_knee_joint", "left_hip_joint", "robot.xml:5: joint: repeated name"},
-      {"left_foot", "size='0.1 0.05 0.01'", "", "robot.xml:7: geom: sizes must be positive"}};
-  for (const auto& [from, part, instead, error] : cases)
-    EXPECT_THAT(error_with(from, part, instead), Has(error)) << part << instead;
+  for (const auto& row : tests::rows_of("sim/physics/wrong_models.txt"))
+    EXPECT_THAT(error_with(row[0], row[1], row[2]), Has(row.at(3))) << row[1] << row[2];
 }
 
 /// The torques of a joint for the most negative and the most positive commands to all actuators.
@@ -212,7 +190,7 @@ void expect_same(const mjModel& own, const RobotFile& file) {
   }
 }
 
-TEST(Adapted, NumbersAreThoseOfMuJoCosOwnModelOfTheFile) {
+TEST_F(Adapted, NumbersAreThoseOfMuJoCosOwnModelOfTheFile) {
   for (const char* name : {"hrp2", "g1"}) {
     const RobotFile file =
         scenario::read_robot(std::filesystem::path(GAITSLAM_SOURCE_DIR) / "models/robots" / name);
@@ -222,14 +200,8 @@ TEST(Adapted, NumbersAreThoseOfMuJoCosOwnModelOfTheFile) {
   }
 }
 
-TEST(Adapted, ClassesAnglesAndActuatorsAreThoseOfMuJoCo) {
-  const TemporaryFolder folder;
-  RobotFile file = robot(folder);
-  for (RobotFile::Servo& servo : file.servos) servo.effort_nm.reset(), servo.armature_kg_m2.reset();
-  for (const char* side : {"left", "right"})
-    for (const auto& [part, angle] :
-         {std::pair("_hip_joint", -0.15), {"_knee_joint", 0.3}, {"_ankle_joint", -0.15}})
-      file.posture_rad[side + std::string(part)] = angle;
+TEST_F(Adapted, ClassesAnglesAndActuatorsAreThoseOfMuJoCo) {
+  bend();
   std::string text = std::regex_replace(model(), std::regex(" actuatorfrcrange='-50 50'"), "");
   text = std::regex_replace(text, std::regex("(left_roll_joint'|left_hip_joint')"), "$1 class='strong'");
   text.insert(text.find("<worldbody>"), R"(<compiler autolimits='true' eulerseq='zyx' inertiafromgeom='auto'/>
@@ -240,10 +212,10 @@ TEST(Adapted, ClassesAnglesAndActuatorsAreThoseOfMuJoCo) {
     <motor joint='left_roll_joint' class='strong'/><motor joint='left_roll_joint' gear='-2' class='free' ctrlrange='-3 1'/>
     <motor joint='left_hip_joint' class='free'/><velocity joint='left_knee_joint' kv='1' forcerange='-1 3' gear='-2'/>
     <general joint='left_ankle_joint' gainprm='2' ctrlrange='-8 3'/></actuator>)");
-  files::write_text(folder / "robot.xml", text);
+  write(text);
   const Model own = load_mjcf(model_file::read_xml(folder / "robot.xml"), "the file");
   expect_same(*own, file);
-  const Model adapted = load_mjcf(adapt(file).root, "the robot");
+  const Model adapted = loaded();
   for (const char* joint : {"left_yaw_joint", "left_roll_joint", "left_knee_joint", "left_ankle_joint"}) {
     const int servo = part(*adapted, mjOBJ_ACTUATOR, joint);
     const mjtNum* const range = adapted->actuator_forcerange + 2 * servo;
@@ -259,230 +231,149 @@ TEST(Adapted, ClassesAnglesAndActuatorsAreThoseOfMuJoCo) {
 }
 
 // MuJoCo 2.2.2 does not know these attributes.
-TEST(Adapted, ForceRangesOfJointsLimitTheirActuatorsUnlessTheyAreSwitchedOff) {
-  const TemporaryFolder folder;
-  const RobotFile file = robot(folder);
+TEST_F(Adapted, ForceRangesOfJointsLimitTheirActuatorsUnlessTheyAreSwitchedOff) {
   std::string text = std::regex_replace(model(), std::regex("(left_knee_joint'.*range='-50) 50'"), "$1 40'");
   text = std::regex_replace(text, std::regex("left_ankle_joint'"), "$& class='off'");
   text.insert(text.find("<worldbody>"),
               "<default><default class='off'><joint actuatorfrclimited='false'/></default></default>");
   text.insert(text.find("</mujoco>"),
               "<actuator><motor joint='left_knee_joint' ctrlrange='-30 90'/></actuator>");
-  files::write_text(folder / "robot.xml", text);
-  const Model loaded = load_mjcf(adapt(file).root, "the robot");
+  write(text);
+  const Model m = loaded();
   const auto range = [&](const char* joint) {
-    const int servo = part(*loaded, mjOBJ_ACTUATOR, joint);
-    return std::pair(loaded->actuator_forcerange[2 * servo], loaded->actuator_forcerange[2 * servo + 1]);
+    const int servo = part(*m, mjOBJ_ACTUATOR, joint);
+    return std::pair(m->actuator_forcerange[2 * servo], m->actuator_forcerange[2 * servo + 1]);
   };
   EXPECT_EQ(range("left_knee_joint"), std::pair(-30.0, 40.0));
   EXPECT_EQ(range("left_hip_joint"), std::pair(-50.0, 50.0));
-  EXPECT_FALSE(loaded->actuator_forcelimited[part(*loaded, mjOBJ_ACTUATOR, "left_ankle_joint")]);
+  EXPECT_FALSE(m->actuator_forcelimited[part(*m, mjOBJ_ACTUATOR, "left_ankle_joint")]);
 }
 
-TEST(Adapted, FramesMeshesAndBodiesWithoutMassLeaveEverythingInItsPlace) {
-  const TemporaryFolder folder;
-  const RobotFile file = robot(folder);
+TEST_F(Adapted, FramesMeshesAndBodiesWithoutMassLeaveEverythingInItsPlace) {
   const std::string mesh = "vertex='0 0 0 .1 0 0 0 .1 0 0 0 .1 .2 .1 .1' scale='1 2 1'";
-  files::write_text(
-      folder / "robot.xml",
-      std::regex_replace(
-          model(), std::regex("<geom type='box' size='0.1 0.2 0.2'/>"),
-          "<frame pos='0 0 1' euler='0 90 0'><frame pos='1 0 0'>"
-          "<geom name='shape' type='mesh' mesh='m' pos='0 .1 0' euler='30 0 0'/></frame></frame>"));
-  std::string text = files::read_text(folder / "robot.xml");
+  std::string text = std::regex_replace(
+      model(), std::regex("<geom type='box' size='0.1 0.2 0.2'/>"),
+      "<frame pos='0 0 1' euler='0 90 0'><frame pos='1 0 0'>"
+      "<geom name='shape' type='mesh' mesh='m' pos='0 .1 0' euler='30 0 0'/></frame></frame>");
   text.insert(text.find("<worldbody>"), "<asset><mesh name='m' " + mesh + "/></asset>");
   text.replace(text.find("<body name='pelvis' pos='0 0 1'><joint type='free'/>"), 52,
                "<body name='footprint' pos='0 0 1'><joint type='free'/><inertial pos='0 0 0' mass='0' "
                "diaginertia='0 0 0'/>"
                "<body name='pelvis'>");
   text.insert(text.find("</worldbody>"), "</body>");
-  files::write_text(folder / "robot.xml", text);
-  const Model loaded = load_mjcf(adapt(file).root, "the robot");
-  EXPECT_EQ(loaded->nbody, 17);
-  EXPECT_EQ(part(*loaded, mjOBJ_BODY, "pelvis"), 1);
-  const Data data(mj_makeData(loaded.get()));
-  mj_kinematics(loaded.get(), data.get());
-  const int geom = part(*loaded, mjOBJ_GEOM, "shape");
-  EXPECT_EQ(loaded->geom_bodyid[geom], part(*loaded, mjOBJ_BODY, "chest"));
+  write(text);
+  const Model m = loaded();
+  EXPECT_EQ(m->nbody, 17);
+  EXPECT_EQ(part(*m, mjOBJ_BODY, "pelvis"), 1);
+  const Data data(mj_makeData(m.get()));
+  mj_kinematics(m.get(), data.get());
+  const int geom = part(*m, mjOBJ_GEOM, "shape");
+  EXPECT_EQ(m->geom_bodyid[geom], part(*m, mjOBJ_BODY, "chest"));
   Eigen::AlignedBox3d box;
-  for (const Eigen::Vector3d& p : corners(*loaded, *data, geom, Eigen::Isometry3d::Identity())) box.extend(p);
+  for (const Eigen::Vector3d& p : corners(*m, *data, geom, Eigen::Isometry3d::Identity())) box.extend(p);
   // The chest is at z = 1.3; the frames are at z = 1 and, turned, 1 below: the shape's x axis points down.
   EXPECT_NEAR(box.min().z(), 1.1, 1e-6);
   EXPECT_NEAR(box.max().z(), 1.3, 1e-6);
   EXPECT_NEAR(box.min().y(), 0.1 - 0.1 * std::sin(M_PI / 6), 1e-6);
 }
 
-TEST(Adapted, NamesWithSlashesAndBlanksAreThoseOfTheModel) {
-  const TemporaryFolder folder;
-  const auto renamed = [](const std::string& text) {
-    return std::regex_replace(text, std::regex("left_"), "robot/left ");
-  };
-  files::write_text(folder / "robot.xml", renamed(model()));
-  files::write_text(folder / "robot.yaml", first_robot_file(folder / "robot.xml", "robot.xml"));
-  const RobotFile file = scenario::read_robot(folder.path());
-  EXPECT_EQ(file.feet[1].body, "robot/left foot");
-  EXPECT_NO_THROW(read_robot(*load_mjcf(adapt(file).root, "robot.xml"), file));
+TEST_F(Adapted, NamesWithSlashesAndBlanksAreThoseOfTheModel) {
+  change("left_", "robot/left ");
+  EXPECT_EQ(guessed_file().feet[1].body, "robot/left foot");
 }
 
 // The same robot as MJCF and as URDF.
-TEST(Adapted, AUrdfIsReadByMuJoCo) {
-  const TemporaryFolder folder;
-  RobotFile file = robot(folder);
-  const auto link = [](const std::string& name, const std::string& more = "") {
-    return "<link name='" + name +
-           "'><inertial><mass value='1'/><inertia ixx='.01' iyy='.01' izz='.01' ixy='0' ixz='0' "
-           "iyz='0'/></inertial>" +
-           more + "</link>";
-  };
-  const auto joint = [](const std::string& parent, const std::string& child, const std::string& xyz,
-                        const std::string& axis) {
-    return "<joint name='" + child + "_joint' type='revolute'><parent link='" + parent + "'/><child link='" +
-           child + "'/><origin xyz='" + xyz + "'/><axis xyz='" + axis +
-           "'/><limit lower='-1' upper='1.5' effort='50'/></joint>";
-  };
-  std::string text =
-      "<robot name='r'><link name='base_footprint'/><joint name='base' type='fixed'><parent "
-      "link='base_footprint'/><child link='pelvis'/><origin xyz='0 0 1'/></joint>" +
-      link("pelvis") + link("chest") + link("head") + joint("pelvis", "chest", "0 0 .3", "0 0 1") +
-      joint("chest", "head", "0 0 .3", "0 0 1");
-  for (const std::string& side : {std::string("left"), std::string("right")}) {
-    std::string above = "pelvis";
-    const auto add = [&](const std::string& part, const std::string& xyz, const std::string& axis,
-                         const std::string& more = "") {
-      text += link(side + part, more) + joint(above, side + part, xyz, axis);
-      above = side + part;
-    };
-    add("_yaw", side == "left" ? "0 .1 -.1" : "0 -.1 -.1", "0 0 1");
-    add("_roll", "0 0 0", "1 0 0");
-    add("_hip", "0 0 0", "0 1 0");
-    add("_knee", "0 0 -.3", "0 1 0");
-    add("_ankle", "0 0 -.3", "0 1 0");
-    add("_foot", "0 0 0", "1 0 0",
-        "<collision><origin xyz='.02 0 -.06'/><geometry><box size='.2 .1 .02'/></geometry></collision>");
-  }
-  files::write_text(folder / "robot.urdf", text + "</robot>");
+TEST_F(Adapted, AUrdfIsReadByMuJoCo) {
+  const std::string text = given("robot.urdf");
+  files::write_text(folder / "robot.urdf", text);
   file.model = "robot.urdf";
-  for (RobotFile::Servo& servo : file.servos) servo.effort_nm.reset(), servo.armature_kg_m2.reset();
-  for (const char* side : {"left", "right"})
-    for (const auto& [part, angle] :
-         {std::pair("_hip_joint", -0.15), {"_knee_joint", 0.3}, {"_ankle_joint", -0.15}})
-      file.posture_rad[side + std::string(part)] = angle;
-  const Model loaded = load_mjcf(adapt(file).root, "the robot");
-  EXPECT_NEAR(loaded->body_subtreemass[part(*loaded, mjOBJ_BODY, "pelvis")], 15, 1e-12);
-  EXPECT_EQ(loaded->jnt_type[0], mjJNT_FREE);
-  EXPECT_EQ(loaded->jnt_bodyid[0], part(*loaded, mjOBJ_BODY, "pelvis"));
-  EXPECT_EQ(loaded->actuator_forcerange[0], -50);
-  const walking::Robot walker = read_robot(*loaded, file);
+  bend();
+  const Model m = loaded();
+  EXPECT_NEAR(m->body_subtreemass[part(*m, mjOBJ_BODY, "pelvis")], 15, 1e-12);
+  EXPECT_EQ(m->jnt_type[0], mjJNT_FREE);
+  EXPECT_EQ(m->jnt_bodyid[0], part(*m, mjOBJ_BODY, "pelvis"));
+  EXPECT_EQ(m->actuator_forcerange[0], -50);
+  const walking::Robot walker = read_robot(*m, file);
   EXPECT_NEAR(walker.base_height, 0.17 + 0.6 * std::cos(0.15), 1e-9);
   EXPECT_EQ(walker.joints[0].highest, 1.5);
   for (const auto& [joints, error] :
        {std::pair("<joint name='a' type='fixed'><parent link='chest'/><child link='head'/></joint>",
-                  "robot.urdf:1: joint: URDF body has multiple parents"),
+                  "joint: URDF body has multiple parents"),
         {"<joint name='a' type='fixed'><parent link='none'/><child link='tail'/></joint><link name='tail'/>",
-         "robot.urdf:1: joint: URDF joint parent or child missing"},
+         "joint: URDF joint parent or child missing"},
         {"<joint name='a' type='fixed'><parent link='a'/><child link='a'/></joint><link name='a'/>",
-         "robot.urdf:1: link: URDF body not found"}}) {
-    files::write_text(folder / "robot.urdf", text + joints + "</robot>");
-    EXPECT_THAT(rejection(file), Has(error));
+         "link: URDF body not found"}}) {
+    files::write_text(folder / "robot.urdf",
+                      tests::replaced(text, "</robot>", joints + std::string("</robot>")));
+    EXPECT_THAT(rejection(file), Has("robot.urdf:32: " + std::string(error)));
   }
 }
 
-TEST(Adapted, LinksFixedToAFootBelongToItsSole) {
-  const TemporaryFolder folder;
-  const RobotFile file = robot(folder);
-  files::write_text(folder / "robot.xml",
-                    std::regex_replace(
-                        model(), std::regex("<geom name='(left|right)_box'[^>]*>"),
-                        "<body name='$1_toe'><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>$&</body>"));
-  const Model loaded = load_mjcf(adapt(file).root, "robot.xml");
-  EXPECT_EQ(contacts(*loaded, part(*loaded, mjOBJ_BODY, "left_foot")),
-            std::vector{part(*loaded, mjOBJ_GEOM, "left_box")});
-  EXPECT_THAT(first_robot_file(folder / "robot.xml", "robot.xml"),
-              Has("  left: {body: left_foot, sole_m: [0, 0, -0.07]}\n"));
+TEST_F(Adapted, LinksFixedToAFootBelongToItsSole) {
+  change("<geom name='(left|right)_box'[^>]*>",
+         "<body name='$1_toe'><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>$&</body>");
+  const Model m = loaded();
+  EXPECT_EQ(contacts(*m, part(*m, mjOBJ_BODY, "left_foot")), std::vector{part(*m, mjOBJ_GEOM, "left_box")});
+  EXPECT_THAT(guess(), Has("  left: {body: left_foot, sole_m: [0, 0, -0.07]}\n"));
 }
 
-TEST(Adapted, SolesCountEvenIfOnlyAPairOrAFloorWithOtherBitsTouchesThem) {
-  const TemporaryFolder folder;
-  RobotFile file = robot(folder);
-  for (const char* bits : {"0", "2"}) {
-    files::write_text(folder / "robot.xml",
-                      std::regex_replace(model(), std::regex("_box' "),
-                                         fmt::format("$&contype='{0}' conaffinity='{0}' ", bits)));
-    file.feet[0].contacts = {"right_box"}, file.feet[1].contacts = {"left_box"};
-    if (*bits == '2') file.feet[0].contacts = file.feet[1].contacts = {};
-    const Model loaded = load_mjcf(adapt(file).root, "robot.xml");
-    EXPECT_EQ(contacts(*loaded, part(*loaded, mjOBJ_BODY, "left_foot")),
-              std::vector{part(*loaded, mjOBJ_GEOM, "left_box")})
+TEST_F(Adapted, SolesCountEvenIfOnlyAPairOrAFloorWithOtherBitsTouchesThem) {
+  for (const char* bits : {"2", "0"}) {
+    change("_box' ", fmt::format("$&contype='{0}' conaffinity='{0}' ", bits));
+    if (*bits == '0') file.feet[0].contacts = {"right_box"}, file.feet[1].contacts = {"left_box"};
+    const Model m = loaded();
+    EXPECT_EQ(contacts(*m, part(*m, mjOBJ_BODY, "left_foot")), std::vector{part(*m, mjOBJ_GEOM, "left_box")})
         << bits;
   }
 }
 
-/// The guess for the model with one of its texts replaced.
-std::string guess_with(const TemporaryFolder& folder, const char* text, const char* other) {
-  files::write_text(folder / "robot.xml", std::regex_replace(model(), std::regex(text), other));
-  return first_robot_file(folder / "robot.xml", "robot.xml");
-}
-
-TEST(FirstRobotFile, RobotsWithWeakAnklesStandBehindTheMiddleOfTheirSoles) {
-  const TemporaryFolder folder;
+TEST_F(FirstRobotFile, RobotsWithWeakAnklesStandBehindTheMiddleOfTheirSoles) {
   const auto knees = [&](const char* ankle) {
     const std::string guess =
-        guess_with(folder, "(_ankle_joint' axis='0 1 0' range='-90 90' actuatorfrcrange=)'-50 50'", ankle);
+        guess_with("(_ankle_joint' axis='0 1 0' range='-90 90' actuatorfrcrange=)'-50 50'", ankle);
     return guess.substr(guess.find("posture_deg"), guess.find("servos") - guess.find("posture_deg"));
   };
   EXPECT_EQ(knees("$1'-50 50'"), knees("$1'-80 80'"));
   EXPECT_NE(knees("$1'-50 50'"), knees("$1'-1 1'"));
 }
 
-TEST(FirstRobotFile, RobotsWithWeakHipsStepFasterAndNearerToTheMiddle) {
-  const TemporaryFolder folder;
+TEST_F(FirstRobotFile, RobotsWithWeakHipsStepFasterAndNearerToTheMiddle) {
   const auto with_hips_of = [&](const char* effort) {  // 20 kg * 9.81 m/s^2 * 0.1 m = 20 N m
-    return guess_with(folder, "(_roll_joint' axis='1 0 0' range='-90 90' actuatorfrcrange=)'-50 50'", effort);
+    return guess_with("(_roll_joint' axis='1 0 0' range='-90 90' actuatorfrcrange=)'-50 50'", effort);
   };
   EXPECT_THAT(with_hips_of("$1'-50 50'"), Has("walk: {single_support_s: 0.6, "));
   EXPECT_THAT(with_hips_of("$1'-20 20'"), Has("walk: {zmp_inwards_m: 0.03, single_support_s: 0.5, "));
 }
 
-TEST(FirstRobotFile, AnUpsideDownFootIsTurnedBack) {
-  const TemporaryFolder folder;
-  files::write_text(folder / "robot.yaml",
-                    guess_with(folder,
-                               "(_foot' pos='0 0 0')(>[^>]*>[^>]*)axis='1 0 0'([^>]*>"
-                               "<geom name='[a-z]+_box' type='box' )size='0.1 0.05 0.01' pos='0.02 0 -0.06'",
-                               "$1 quat='0 0.7071068 0 0.7071068'$2axis='0 0 1'$3size='0.01 0.05 0.1' "
-                               "pos='-0.06 0 0.02'"));
-  const RobotFile file = scenario::read_robot(folder.path());
-  EXPECT_NEAR(std::abs(file.feet[0].sole_pitch_rad), std::numbers::pi / 2, 1e-5);
-  EXPECT_NO_THROW(read_robot(*load_mjcf(adapt(file).root, "robot.xml"), file));
+TEST_F(FirstRobotFile, AnUpsideDownFootIsTurnedBack) {
+  change(
+      "(_foot' pos='0 0 0')(>[^>]*>[^>]*)axis='1 0 0'([^>]*>"
+      "<geom name='[a-z]+_box' type='box' )size='0.1 0.05 0.01' pos='0.02 0 -0.06'",
+      "$1 quat='0 0.7071068 0 0.7071068'$2axis='0 0 1'$3size='0.01 0.05 0.1' pos='-0.06 0 0.02'");
+  EXPECT_NEAR(std::abs(guessed_file().feet[0].sole_pitch_rad), std::numbers::pi / 2, 1e-5);
 }
 
-TEST(FirstRobotFile, ASoleThatIsTiltedAtZeroAnglesIsLaidFlat) {
-  const TemporaryFolder folder;
+TEST_F(FirstRobotFile, ASoleThatIsTiltedAtZeroAnglesIsLaidFlat) {
   for (const char* shape : {"type='box' size='0.1 0.05 0.01'", "type='mesh' mesh='sole'"}) {
     std::string tilted = std::regex_replace(model(), std::regex("type='box' size='0.1 0.05 0.01' pos='0.02"),
                                             fmt::format("{} euler='0 20 0' pos='0.02", shape));
     tilted.insert(tilted.find("<worldbody>"),
                   "<asset><mesh name='sole' vertex='-.1 -.05 -.01  .1 -.05 -.01  -.1 .05 -.01  .1 .05 -.01  "
                   "-.1 -.05 .01  .1 -.05 .01  -.1 .05 .01  .1 .05 .01'/></asset>");
-    files::write_text(folder / "robot.xml", tilted);
-    files::write_text(folder / "robot.yaml", first_robot_file(folder / "robot.xml", "robot.xml"));
-    const RobotFile file = scenario::read_robot(folder.path());
-    EXPECT_NEAR(file.feet[0].sole_pitch_rad, 20 * std::numbers::pi / 180, 1e-6) << shape;
-    EXPECT_NO_THROW(read_robot(*load_mjcf(adapt(file).root, "robot.xml"), file)) << shape;
+    write(tilted);
+    EXPECT_NEAR(guessed_file().feet[0].sole_pitch_rad, 20 * std::numbers::pi / 180, 1e-6) << shape;
   }
 }
 
-TEST(FirstRobotFile, RobotsThatFaceBackwardAndQuadrupedsAreRejected) {
-  const TemporaryFolder folder;
+TEST_F(FirstRobotFile, RobotsThatFaceBackwardAndQuadrupedsAreRejected) {
   const auto rejects = [](const char* text) { return testing::ThrowsMessage<std::runtime_error>(Has(text)); };
   EXPECT_THAT(
-      [&] { guess_with(folder, "pos='0.02 0 -0.06'", "pos='-0.04 0 -0.06'"); },
+      [&] { guess_with("pos='0.02 0 -0.06'", "pos='-0.04 0 -0.06'"); },
       rejects("the toes point backward at right_foot: expected the x axis of the base 'pelvis' ahead"));
-  EXPECT_THAT([&] { guess_with(folder, "(_knee_joint' axis='0 1 0') range='-90 90'", "$1 range='-90 5'"); },
+  EXPECT_THAT([&] { guess_with("(_knee_joint' axis='0 1 0') range='-90 90'", "$1 range='-90 5'"); },
               rejects("the knee bends backward at right_foot"));
-  EXPECT_THAT([&] { guess_with(folder, "(<body name='arm' pos=)'0 0.2 0.2'", "$1'0 -.3 -.95'"); },
+  EXPECT_THAT([&] { guess_with("(<body name='arm' pos=)'0 0.2 0.2'", "$1'0 -.3 -.95'"); },
               testing::Not(rejects("four legs")));
-  files::write_text(folder / "robot.xml", model());
   std::string text = model();
   text.insert(text.find("<body name='left_yaw'"),
               "<body name='fore' pos='.5 .1 -.7'><joint axis='0 1 0' name='a' range='-1 1'/><inertial pos='0 "
@@ -490,73 +381,55 @@ TEST(FirstRobotFile, RobotsThatFaceBackwardAndQuadrupedsAreRejected) {
               "diaginertia='1 1 1'/></body><body name='fore2' pos='.5 -.1 -.7'><joint axis='0 1 0' name='b' "
               "range='-1 1'/>"
               "<inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/></body>");
-  files::write_text(folder / "robot.xml", text);
-  EXPECT_THAT([&] { first_robot_file(folder / "robot.xml", "robot.xml"); },
-              rejects("robot.xml: has four legs, "));
+  write(text);
+  EXPECT_THAT([&] { guess(); }, rejects("robot.xml: has four legs, "));
 }
 
-TEST(FirstRobotFile, JointsWithoutARangeAreRigidButNotInALegAndLegsMustBend) {
-  const TemporaryFolder folder;
-  EXPECT_THAT(guess_with(folder, "(arm_joint' axis='0 1 0') range='-90 90'", "$1"),
+TEST_F(FirstRobotFile, JointsWithoutARangeAreRigidButNotInALegAndLegsMustBend) {
+  EXPECT_THAT(guess_with("(arm_joint' axis='0 1 0') range='-90 90'", "$1"),
               Has("since the model gives no range: arm_joint\n"));
-  EXPECT_THAT([&] { guess_with(folder, "(knee_joint' axis='0 1 0') range='-90 90'", "$1"); },
+  EXPECT_THAT([&] { guess_with("(knee_joint' axis='0 1 0') range='-90 90'", "$1"); },
               testing::ThrowsMessage<std::runtime_error>(
                   Has("robot.xml: the leg's joint 'right_knee_joint' has no range")));
-  EXPECT_THAT([&] { guess_with(folder, "axis='[01] [01] 0'", "axis='0 0 1'"); },
+  EXPECT_THAT([&] { guess_with("axis='[01] [01] 0'", "axis='0 0 1'"); },
               testing::ThrowsMessage<std::runtime_error>(Has("robot.xml: has no posture with flat soles")));
 }
 
-TEST(FirstRobotFile, AJointThatCarriesBothLegsIsLeftRigid) {
-  const TemporaryFolder folder;
-  files::write_text(folder / "robot.xml",
-                    model("<body name='hips'><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>"
-                          "<joint name='waist' axis='0 0 1' range='-90 90'/>"));
-  const std::string guess = first_robot_file(folder / "robot.xml", "robot.xml");
-  EXPECT_THAT(guess, Has("  left: [left_yaw_joint, ", "moves legs on the base: waist\n"));
-  EXPECT_THAT(guess, tests::Lacks("[waist", ", waist"));
+TEST_F(FirstRobotFile, AJointThatCarriesBothLegsIsLeftRigid) {
+  std::string text = model();
+  text.insert(text.find("<body name='chest'"), "</body>");
+  text.insert(text.find("<body name='left_yaw'"),
+              "<body name='hips'><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>"
+              "<joint name='waist' axis='0 0 1' range='-90 90'/>");
+  write(text);
+  EXPECT_THAT(guess(), Has("  left: [left_yaw_joint, ", "moves legs on the base: waist\n"));
+  EXPECT_THAT(guess(), tests::Lacks("[waist", ", waist"));
 }
 
-TEST(FirstRobotFile, ObliqueHipsAreTurnedUntilTheSolesAreLevel) {
-  const TemporaryFolder folder;
-  files::write_text(folder / "robot.xml", std::regex_replace(model(), std::regex("hip_joint' axis='0 1 0'"),
-                                                             "hip_joint' axis='0.4 0.9 0'"));
-  files::write_text(folder / "robot.yaml", first_robot_file(folder / "robot.xml", "robot.xml"));
-  const RobotFile file = scenario::read_robot(folder.path());
-  EXPECT_GT(file.posture_rad.size(), 6u);
-  EXPECT_NO_THROW(read_robot(*load_mjcf(adapt(file).root, "robot.xml"), file));
+TEST_F(FirstRobotFile, ObliqueHipsAreTurnedUntilTheSolesAreLevel) {
+  change("hip_joint' axis='0 1 0'", "hip_joint' axis='0.4 0.9 0'");
+  EXPECT_GT(guessed_file().posture_rad.size(), 6u);
 }
 
-TEST(FirstRobotFile, GuessesFeetLegsChestHeadAndMarksEachGuess) {
-  const TemporaryFolder folder;
-  robot(folder);
+TEST_F(FirstRobotFile, GuessesFeetLegsChestHeadAndMarksEachGuess) {
   EXPECT_THAT(
-      first_robot_file(folder / "robot.xml", "robot.xml"),
+      guess(),
       Has("base: pelvis\n", "head_camera: {link: head, position_m: [0.1, 0, 0.08]}  # guess",
           "imu: {link: chest, position_m: [0, 0, 0.1]}  # guess: a site of the model",
           "  left: [left_yaw_joint, left_roll_joint, left_hip_joint, left_knee_joint, left_ankle_joint, "
           "left_foot_joint]\n",
           "  right: {body: right_foot, sole_m: [0, 0, -0.07]}\n", "left_hip_joint: -", "left_knee_joint: 39.",
           ", armature_kg_m2: ", "walk: {single_support_s: 0.6", "step_length_m: 0.12}"));
-  files::write_text(folder / "springs.xml",
-                    std::regex_replace(files::read_text(folder / "robot.xml"), std::regex("_knee_joint' "),
-                                       "$&stiffness='2' "));
-  EXPECT_THAT(first_robot_file(folder / "springs.xml", "springs.xml"), Has("left_knee_joint: 39."));
-  files::write_text(folder / "geared.xml",
-                    std::regex_replace(files::read_text(folder / "robot.xml"), std::regex("<joint "),
-                                       "<joint armature='0.01' "));
-  EXPECT_THAT(first_robot_file(folder / "geared.xml", "geared.xml"), Not(Has("armature")));
-  files::write_text(folder / "partly.xml",  // as some public models are
-                    std::regex_replace(files::read_text(folder / "geared.xml"),
-                                       std::regex("armature='0.01' (name='\\w+_ankle_)"), "$1"));
-  EXPECT_THAT(first_robot_file(folder / "partly.xml", "partly.xml"),
+  EXPECT_THAT(guess_with("_knee_joint' ", "$&stiffness='2' "), Has("left_knee_joint: 39."));
+  EXPECT_THAT(guess_with("<joint ", "<joint armature='0.01' "), Not(Has("armature")));
+  EXPECT_THAT(guess_with("<joint (?!name='\\w+_ankle_)", "$&armature='0.01' "),  // as in some public models
               Has("joints: [right_foot_joint, left_foot_joint],\n     kp_nm_rad: 800, kd_nms_rad: 4.0}\n",
                   "joints: [right_ankle_joint, left_ankle_joint],\n     kp_nm_rad: 800, kd_nms_rad: 4.0, "
                   "armature_kg_m2: 0.008}\n"));
-  files::write_text(folder / "robot.xml",
-                    "<mujoco><worldbody><body name='b'><freejoint/><inertial pos='0 0 0' mass='1' "
-                    "diaginertia='1 1 1'/></body></worldbody></mujoco>");
-  EXPECT_THAT([&] { first_robot_file(folder / "robot.xml", "robot.xml"); },
-              testing::ThrowsMessage<std::runtime_error>(Has("robot.xml: lacks two feet")));
+  write(
+      "<mujoco><worldbody><body name='b'><freejoint/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>"
+      "</body></worldbody></mujoco>");
+  EXPECT_THAT([&] { guess(); }, testing::ThrowsMessage<std::runtime_error>(Has("robot.xml: lacks two feet")));
 }
 
 }  // namespace

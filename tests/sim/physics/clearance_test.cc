@@ -32,15 +32,6 @@ class Stander {
   RoomClearance room_;
 };
 
-TEST(RoomClearance, NothingIsNearWhereTheWalksBegin) {
-  for (const auto& [room, least_m] :
-       {std::pair("office", 1.0), {"hall", 1.0}, {"floor", std::numeric_limits<double>::max()}}) {
-    const Clearance clearance = Stander(room).at(0, 0);
-    EXPECT_FALSE(clearance.collision.has_value()) << room;
-    EXPECT_GT(clearance.distance_m, least_m) << room;
-  }
-}
-
 // A robot with its waist on a wall's plane stands through it, everywhere along it: the walls have no gap.
 TEST(RoomClearance, WallsAreSolidAllAround) {
   using Eigen::Vector2d;
@@ -64,14 +55,6 @@ TEST(RoomClearance, NamesLinkAndObjectAndTellsWhere) {
   EXPECT_NEAR(clearance.collision->p_W.x(), 0, 0.3);
   EXPECT_NEAR(clearance.collision->p_W.y(), -5.35, 0.05);
   EXPECT_LE(clearance.distance_m, 0);
-}
-
-TEST(RoomClearance, FurnitureIsSolidAndARugIsPartOfTheFloor) {
-  Stander robot("office");
-  EXPECT_EQ(robot.object(3.9, 1.17), "desk_1");
-  EXPECT_EQ(robot.object(-4.0, -0.4), "sofa");
-  EXPECT_EQ(robot.object(-2.75, -0.5), "low_table");
-  EXPECT_EQ(robot.object(-2.15, 0.4), "");  // the rug's upper surface is 6 mm above the floor's
 }
 
 // Walking sideways into a flat wall, in steps of 1 mm.
@@ -164,21 +147,6 @@ TEST(BoxAround, EnclosesEachKindOfShape) {
     EXPECT_TRUE(box.min().isApprox(at + shape.low, 1e-6)) << shape.geom << " " << box.min().transpose();
     EXPECT_TRUE(box.max().isApprox(at + shape.high, 1e-6)) << shape.geom << " " << box.max().transpose();
   }
-}
-
-std::optional<PlannedCollision> collision(const std::vector<walking::Command>& commands, const char* room) {
-  return first_collision(walking::PatternGenerator(on_floor().robot, walking::walk_of(commands)),
-                         load_model(robot_file(), room, models()));
-}
-
-TEST(PlannedClearance, AWalkIntoTheLeftWallEndsThereAndNineMetersAheadAreFreeInTheHall) {
-  const auto found = collision({walking::Straight{-0.9, 0}, walking::Straight{0, 4}}, "office");
-  ASSERT_TRUE(found.has_value());
-  EXPECT_EQ(found->command, 1);
-  EXPECT_EQ(found->object, "wall_left");
-  EXPECT_THAT(found->link, StartsWith("LARM_LINK"));
-  EXPECT_NEAR(found->t_s, 43, 5);  // 0.9 m back, then 3.2 m aside by 0.07 m in 0.8 s
-  EXPECT_FALSE(collision({walking::Straight{9, 0}}, "hall").has_value());
 }
 
 }  // namespace

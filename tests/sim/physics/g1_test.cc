@@ -22,7 +22,7 @@ World standing_g1() {
 }
 
 /// Six steps with a push of 35 N for 0.2 s on one foot; the options are the robot's own.
-Walked six_steps(const std::function<void(scenario::Scenario&)>& change = {}, const Models& robot = g1()) {
+Walked six_steps(const std::function<void(scenario::Scenario&)>& change = {}) {
   scenario::Scenario scenario =
       scenario::read_scenario(std::filesystem::path(GAITSLAM_SOURCE_DIR) / "scenarios/g1_tangent_circle.yaml")
           .scenario;
@@ -30,23 +30,8 @@ Walked six_steps(const std::function<void(scenario::Scenario&)>& change = {}, co
   scenario.walk.commands = {walking::Stand{1}, walking::Steps{{left, right, left, right, left, right}}};
   scenario.world.pushes = {{.time_s = 2.2, .impulse_ns = 7, .direction_rad = 1.2, .duration_s = 0.2}};
   if (change) change(scenario);
-  WalkingRobot walking(walking::PatternGenerator(robot.robot, scenario.walk), scenario.stabilizer,
-                       scenario.world, on_friction(scenario.world.floor_friction), robot);
-  while (walking.walks()) walking.tick();
-  return {walking.world().status(), walking.world().X_WB(), walking.reference().X_PB};
-}
-
-TEST(G1, HasThePublishedMassAndTorqueLimits) {
-  const walking::Robot& robot = g1().robot;
-  EXPECT_NEAR(robot.mass, 33.341, 0.001);
-  ASSERT_EQ(robot.joints.size(), 29u);
-  const auto effort = [&](walking::Side side, std::size_t joint) {
-    return robot.joints[static_cast<std::size_t>(robot.leg(side).joints[joint])].effort;
-  };
-  for (const walking::Side side : {walking::Side::left, walking::Side::right})
-    for (std::size_t joint = 0; joint < 6; ++joint)
-      EXPECT_EQ(effort(side, joint), (std::array{88, 139, 88, 139, 50, 50})[joint]);
-  EXPECT_FALSE(g1().has_force_sensors);
+  return walk({walking::PatternGenerator(g1().robot, scenario.walk), scenario.stabilizer, scenario.world,
+               on_friction(scenario.world.floor_friction), g1()});
 }
 
 TEST(G1, SurvivesAPushButOnlyWithStabilizerAndAdjustedLandings) {
@@ -57,24 +42,6 @@ TEST(G1, SurvivesAPushButOnlyWithStabilizerAndAdjustedLandings) {
       [](scenario::Scenario& s) { s.stabilizer.enabled = false; },
       [](scenario::Scenario& s) { s.stabilizer.landing_adjustment.enabled = false; }};
   for (const auto& change : changes) EXPECT_EQ(six_steps(change).status.condition, Condition::fell);
-}
-
-TEST(G1, WithLongerShanksAndAHeavierTorsoWalksByItsFolder) {
-  const files::TemporaryFolder folder;
-  std::string model = files::read_text(models() / "robots/g1/robot.xml");
-  for (const auto& [what, with] : {std::pair("-9.4445e-05 -0.30001", "-9.4445e-05 -0.33001"),
-                                   {"0 9.4445e-05 -0.30001", "0 9.4445e-05 -0.33001"},
-                                   {"mass=\"7.818\"", "mass=\"9.818\""}})
-    model.replace(model.find(what), std::string(what).size(), with);
-  files::write_text(folder / "robot.xml", model);
-  files::write_text(folder / "robot.yaml", files::read_text(models() / "robots/g1/robot.yaml"));
-  const Models tall(scenario::read_robot(folder.path()), "floor", models());
-  const walking::Robot& robot = tall.robot;
-  EXPECT_GT(robot.base_height, g1().robot.base_height + 0.02);
-  EXPECT_NEAR(robot.mass, g1().robot.mass + 2, 1e-9);
-  const Walked walked = six_steps({}, tall);
-  EXPECT_EQ(walked.status.condition, Condition::ok) << walked.status.cause;
-  EXPECT_LT((walked.X_PB.translation() - walked.planned.translation()).norm(), 0.05);
 }
 
 TEST(G1, MeasuresItsWeightByTheTorquesOfItsLegs) {

@@ -94,15 +94,5 @@ TEST(SecondPreview, KeepsTheWholeRobotsZmpAsCloseAsTheOriginalDoes) {
   EXPECT_GT(largest_zmp_error(false).minCoeff(), 0.015);
 }
 
-TEST(RobotModel, MovesByItsFeetAlone) {
-  const World world = standing();
-  const mjModel* m = world.model();
-  EXPECT_EQ(m->neq, 0);  // nothing welded
-  EXPECT_EQ(m->nmocap, 0);
-  EXPECT_EQ(m->nu, 30);  // servos at the joints, none at the base
-  EXPECT_EQ(m->opt.gravity[2], -walking::kGravity);
-  EXPECT_EQ(m->opt.timestep, 0.001);
-}
-
 }  // namespace
 }  // namespace sim::physics

@@ -15,25 +15,10 @@ constexpr const char* kFloor = "<worldbody><geom name='floor' type='plane' size=
 
 TEST(Room, WhatIsWrongIsRejectedAtItsElement) {
   const TemporaryFolder folder;
-  const std::pair<std::string, std::string> cases[]{
-      {"<worldbody/>", "room.xml:2: worldbody: has no plane named 'floor'"},
-      {"<worldbody><geom name='floor' type='plane' size='9 9 1' pos='0 0 -.1'/></worldbody>",
-       "room.xml:2: geom: the plane 'floor' is at z = -0.1 m or tilted, expected z = 0, or class floor"},
-      {"<worldbody><geom name='floor' type='plane' size='9 9 1' euler='5 0 0'/></worldbody>", "or tilted"},
-      {"<asset><hfield name='h' nrow='2' ncol='2' size='1 1 1 1'/></asset><worldbody><geom class='floor' "
-       "type='hfield' "
-       "hfield='h'/><geom name='floor' type='plane' size='9 9 1'/></worldbody>",
-       "the plane 'floor' is not of class floor, but other planes or height fields are"},
-      {std::string(kFloor) + "<worldbody><light/></worldbody>",
-       "room.xml:2: light directional: is false, expected true"},
-      {std::string(kFloor) + "<worldbody><body><joint name='hinge'/><geom size='1'/></body></worldbody>",
-       "room.xml:2: joint: is in a room, expected shapes that do not move"},
-      {std::string(kFloor) + "<worldbody><geom name='ball' size='1' pos='0 nan 0'/></worldbody>",
-       "room.xml:2: geom pos: is 'nan', expected a finite number"},
-      {std::string(kFloor) + "<worldbody><geom size='a'/></worldbody>",
-       "room.xml:2: geom: problem reading attribute 'size'"}};
-  for (const auto& [world, error] : cases)
-    EXPECT_THAT(error_of([&, &world = world] { in_room(folder, world); }), Has(error)) << world;
+  for (const auto& row : tests::rows_of("sim/physics/wrong_rooms.txt")) {
+    const std::string world = tests::replaced(row[0], "FLOOR", kFloor);
+    EXPECT_THAT(error_of([&] { in_room(folder, world); }), Has(row.at(1))) << world;
+  }
 }
 
 TEST(Room, NamesThatAreAlsoTheRobotsDoNotClash) {

@@ -40,21 +40,16 @@ inline void run(World& world, int milliseconds) {
   for (int k = 0; k < milliseconds; ++k) world.step();
 }
 
-/// Waist at the end, true and planned, in the plan's world P.
+/// Waist at the end, true and planned.
 struct Walked {
   Status status;
   Eigen::Isometry3d X_PB, planned;
 };
 
-/// Walks with P at X_WP until the plan or the robot is finished.
-inline Walked walk(const walking::WalkOptions& options, const walking::StabilizerOptions& stabilizer,
-                   const WorldOptions& world = {}, const PlantVariation& draw = {},
-                   const Eigen::Isometry3d& X_WP = Eigen::Isometry3d::Identity()) {
-  const Models robot_in_room(robot_file(), world.room, models());
-  WalkingRobot robot(walking::PatternGenerator(robot_in_room.robot, options), stabilizer, world, draw,
-                     robot_in_room, X_WP);
+/// Walks until the plan or the robot is finished.
+inline Walked walk(WalkingRobot&& robot) {
   while (robot.walks()) robot.tick();
-  return {robot.world().status(), X_WP.inverse() * robot.world().X_WB(), robot.reference().X_PB};
+  return {robot.world().status(), robot.world().X_WB(), robot.reference().X_PB};
 }
 
 /// A model of a robot (without any part) in a room with the given MJCF elements.

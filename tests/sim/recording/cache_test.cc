@@ -112,16 +112,6 @@ TEST_F(CacheTest, ADamagedRecordingIsReportedAndMadeAgain) {
   EXPECT_THAT(said_.back(), HasSubstr("another recording"));
 }
 
-TEST_F(CacheTest, ARecordingWithDamagedJsonHealsItself) {
-  const fs::path entry = cache_.place().folder / key('a');
-  for (const char* text : {R"({"recording": 5})", ""}) {
-    EXPECT_TRUE(get('a').made) << text;
-    std::ofstream(entry / "entry.json") << text;
-    EXPECT_FALSE(cache_.find(key('a'), say())) << text;
-    EXPECT_NO_THROW(cache_.list()) << text;
-  }
-}
-
 TEST_F(CacheTest, TheLeastRecentlyUsedRecordingIsRemovedFirst) {
   const auto use = [this](char letter) {
     get(letter);
@@ -138,19 +128,14 @@ TEST_F(CacheTest, TheLeastRecentlyUsedRecordingIsRemovedFirst) {
 
 TEST_F(CacheTest, SeveralProcessesCleanItAtTheSameTime) {
   const Cache roomy{{folder_ / "cache", 1'000'000'000}};
-  for (int round = 0; round < 3; ++round) {
-    for (char letter = 'a'; letter <= 'p'; ++letter) {
-      const std::string name = key(letter <= 'f' ? letter : static_cast<char>('0' + letter - 'g'));
-      roomy.get(name, make_result, say());
-    }
-    std::vector<std::future<Cache::Cleaned>> cleanings;
-    for (int i = 0; i < 4; ++i)
-      cleanings.push_back(std::async(std::launch::async, [&] { return roomy.clean(0); }));
-    std::size_t removed = 0;
-    for (auto& cleaning : cleanings) EXPECT_NO_THROW(removed += std::size_t(cleaning.get().removed));
-    EXPECT_EQ(removed, 16u);
-    EXPECT_THAT(roomy.list(), IsEmpty());
-  }
+  for (const char letter : std::string("0123456789abcdef")) roomy.get(key(letter), make_result, say());
+  std::vector<std::future<Cache::Cleaned>> cleanings;
+  for (int i = 0; i < 4; ++i)
+    cleanings.push_back(std::async(std::launch::async, [&] { return roomy.clean(0); }));
+  std::size_t removed = 0;
+  for (auto& cleaning : cleanings) EXPECT_NO_THROW(removed += std::size_t(cleaning.get().removed));
+  EXPECT_EQ(removed, 16u);
+  EXPECT_THAT(roomy.list(), IsEmpty());
 }
 
 TEST_F(CacheTest, ARecordingInUseIsNeverRemoved) {
@@ -193,26 +178,20 @@ TEST_F(CacheTest, OnlyOneOfThoseThatNeedARecordingAtTheSameTimeMakesIt) {
 }
 
 TEST(CachePlace, FollowsTheEnvironment) {
-  const std::string home = std::getenv("HOME") ? std::getenv("HOME") : "/";
-  const auto unset = [] {
-    for (const char* name : {"GAITSLAM_CACHE", "XDG_CACHE_HOME", "GAITSLAM_CACHE_GB"}) ::unsetenv(name);
-  };
-  unset();
-  ::setenv("HOME", "/home/user", 1);
-  EXPECT_EQ(cache_place().folder, "/home/user/.cache/gaitslam");
+  for (const auto& [name, value, folder] :
+       {std::tuple("XDG_CACHE_HOME", "/caches", "/caches/gaitslam"), {"GAITSLAM_CACHE", "/mine", "/mine"}}) {
+    ::setenv(name, value, 1);
+    EXPECT_EQ(cache_place().folder, folder);
+  }
   EXPECT_EQ(cache_place().most_bytes, 20'000'000'000u);
-  ::setenv("XDG_CACHE_HOME", "/caches", 1);
-  EXPECT_EQ(cache_place().folder, "/caches/gaitslam");
-  ::setenv("GAITSLAM_CACHE", "/mine", 1);
   ::setenv("GAITSLAM_CACHE_GB", "0.5", 1);
-  EXPECT_EQ(cache_place().folder, "/mine");
   EXPECT_EQ(cache_place().most_bytes, 500'000'000u);
   for (const char* bad : {"much", "-1", "1GB", "nan"}) {
     ::setenv("GAITSLAM_CACHE_GB", bad, 1);
     EXPECT_THROW(cache_place(), std::invalid_argument) << bad;
   }
-  unset();
-  ::setenv("HOME", home.c_str(), 1);
+  for (const char* name : {"GAITSLAM_CACHE", "XDG_CACHE_HOME", "GAITSLAM_CACHE_GB"}) ::unsetenv(name);
+  EXPECT_TRUE(cache_place().folder.string().ends_with("/.cache/gaitslam"));
 }
 
 }  // namespace

@@ -1,7 +1,5 @@
 #include "sim/recording/manifest.h"
 
-#include <libdeflate.h>
-
 #include "sim/recording/image_file.h"
 #include "tests/sim/recording/random_readings.h"
 
@@ -18,19 +16,6 @@ TEST(Manifest, HashIsXxh3Of128Bits) {
   for (const char* piece : {"ga", "", "it", "slam"}) pieces.add(piece);
   EXPECT_EQ(pieces.hex(), whole.hex());
   EXPECT_EQ(pieces.bytes(), 8u);
-}
-
-TEST(Manifest, ReadsOnlyWhatItLists) {
-  const files::TemporaryFolder folder;
-  files::HashedFile file(folder / "a.txt");
-  file.write("content");
-  file.close();
-  ManifestWriter writer(folder.path());
-  writer.add("a.txt", file.hash());
-  writer.finish();
-  const Manifest manifest(folder.path());
-  EXPECT_EQ(manifest.read("a.txt"), "content");
-  EXPECT_THAT(files::error_of([&] { manifest.read("../a.txt"); }), HasSubstr("does not list ../a.txt"));
 }
 
 TEST(Manifest, FilesOutsideTheFolderAreRejected) {
@@ -65,27 +50,17 @@ const cv::Mat kGray(35, 48, CV_8UC1, cv::Scalar(99));
 // OpenCV rotates images according to the orientation in their metadata, which does not belong to calibration
 // and IMU.
 TEST(DecodeImage, PixelsAreReadAsStoredWhateverTheirOrientation) {
-  const std::string exif("II*\0\x08\0\0\0\x01\0\x12\x01\x03\0\x01\0\0\0\x06\0\0\0\0\0\0\0", 26);
-  cv::Mat image(35, 48, CV_8UC1, cv::Scalar(20));
+  const std::string exif(
+      "\xff\xe1\0\x22"
+      "Exif\0\0II*\0\x08\0\0\0\x01\0\x12\x01\x03\0\x01\0\0\0\x06\0\0\0\0\0\0\0",
+      36);
+  cv::Mat image = kGray.clone();
   image(cv::Rect(0, 0, 16, 16)) = 220;
-  for (const bool png : {true, false}) {
-    std::string bytes = encoded(png ? ".png" : ".jpg", image);
-    if (png) {
-      std::string chunk = "eXIf" + exif;
-      const std::uint32_t crc = libdeflate_crc32(0, chunk.data(), chunk.size());
-      for (const int shift : {24, 16, 8, 0}) chunk += static_cast<char>(crc >> shift & 255);
-      bytes.insert(33, std::string("\0\0\0\x1a", 4) + chunk);  // after IHDR
-    } else {
-      bytes.insert(2, std::string("\xff\xe1\0\x22"
-                                  "Exif\0\0",
-                                  10) +
-                          exif);
-    }
-    const cv::Mat turned =
-        cv::imdecode(std::vector<unsigned char>(bytes.begin(), bytes.end()), cv::IMREAD_GRAYSCALE);
-    EXPECT_EQ(turned.size(), cv::Size(35, 48)) << "the orientation is there";
-    EXPECT_LT(cv::norm(decode_image("a", bytes, {48, 35}), image, cv::NORM_INF), 10);
-  }
+  const std::string bytes = encoded(".jpg", image).insert(2, exif);
+  const cv::Mat turned =
+      cv::imdecode(std::vector<unsigned char>(bytes.begin(), bytes.end()), cv::IMREAD_GRAYSCALE);
+  EXPECT_EQ(turned.size(), cv::Size(35, 48)) << "the orientation is there";
+  EXPECT_LT(cv::norm(decode_image("a", bytes, {48, 35}), image, cv::NORM_INF), 10);
 }
 
 TEST(DecodeImage, BytesThatAreNoImageAreRejected) {

@@ -55,17 +55,5 @@ TEST(JobLog, WhereverItIsCutOffCompleteLinesAreKeptAndTheRestIsWrittenAgain) {
               testing::HasSubstr("is another log: a sweep, expected another sweep"));
 }
 
-TEST(JobLog, TheSortedLogDoesNotDependOnTheOrderOfItsTrials) {
-  const files::TemporaryFolder folder;
-  const auto text = [&](const std::string& name, std::vector<JobRecord> records) {
-    JobLog log(folder / name, "a sweep");
-    log.add(records);
-    log.sort();
-    EXPECT_EQ(JobLog(folder / name, "a sweep").size(), 3U);
-    return files::read_text(folder / name);
-  };
-  EXPECT_EQ(text("a", {record(1), record(2), record(0)}), text("b", {record(0), record(1), record(2)}));
-}
-
 }  // namespace
 }  // namespace sim::result

@@ -69,22 +69,20 @@ TEST(Summary, TheTableShowsHeadlineMetricsFirstAndAllOnRequest) {
   SeedScore other = one;
   other.seed = 2, other.exit_code = 1;
   const Summary summary = summarize(limited({}), {one, other});
-  const std::string some = summary_table(summary), all = summary_table(summary, {.all_metrics = true});
-  EXPECT_THAT(some, Not(HasSubstr("poses_matched")));
-  EXPECT_THAT(some, HasSubstr("--all-metrics"));
-  EXPECT_THAT(some, HasSubstr("walk, 2 seeds\n  passed          completed         seed 1\n"
-                              "  missed a limit  completed         seed 2\n"));
+  const std::string some = summary_table(summary),
+                    all = summary_table(summary, {.colors = true, .all_metrics = true});
+  EXPECT_THAT(some, AllOf(Not(HasSubstr("poses_matched")), HasSubstr("--all-metrics"),
+                          HasSubstr("walk, 2 seeds\n  passed          completed         seed 1\n"
+                                    "  missed a limit  completed         seed 2\n")));
   EXPECT_LT(all.find(kAte), all.find("poses_matched"));
-  EXPECT_THAT(all, HasSubstr("poses_matched"));
+  EXPECT_THAT(all, AllOf(HasSubstr("poses_matched"), HasSubstr("\033[31mmissed a limit\033[0m")));
   EXPECT_THAT(summary_table(summarize(limited({{"poses_matched", {}, Bound::at_least, 1}}), {one})),
               HasSubstr("poses_matched"))
       << "there is a limit on it";
-  EXPECT_THAT(summary_table(summary, {.colors = true}), HasSubstr("\033[31mmissed a limit\033[0m"));
-  EXPECT_THAT(
-      summary_table(summarize(limited({}), {seed(1, 0.1, 1)})),
-      testing::AllOf(HasSubstr("walk, 1 seed\n"), HasSubstr("0.1        0.1          -        0.1\n")));
+  EXPECT_THAT(summary_table(summarize(limited({}), {seed(1, 0.1, 1)})),
+              AllOf(HasSubstr("walk, 1 seed\n"), HasSubstr("0.1        0.1          -        0.1\n")));
   EXPECT_THAT(summary_table(summarize(limited({}), {{1, scenario::Ending::crashed, 3, {}}})),
-              testing::AllOf(HasSubstr("no metrics: no seed has a score\n"), Not(HasSubstr("median"))));
+              AllOf(HasSubstr("no metrics: no seed has a score\n"), Not(HasSubstr("median"))));
 }
 
 TEST(Summary, TheExitCodeIsTheWorstSeedsOrThatOfAMissedLimitOverSeeds) {
@@ -128,8 +126,6 @@ TEST(Summary, TheFileContainsEverythingUnderItsOwnName) {
   write_summary(root / "summary.json", summarize(limited({{kAte, "median", Bound::at_most, 0.2}}),
                                                  {seed(1, 0.1, {}), seed(2, 0.3, {}, 1)}));
   const auto json = nlohmann::json::parse(files::read_text(root / "summary.json"));
-  EXPECT_EQ(json["format_version"], 1);
-  EXPECT_EQ(json["scenario"], "walk");
   EXPECT_EQ(json["seeds"][1]["exit_code"], 1);
   EXPECT_EQ(json["metrics"][kAte]["n"], 2);
   EXPECT_EQ(json["metrics"][kAte]["worst"], 0.3);
@@ -142,21 +138,21 @@ TEST(Limits, AMissedLimitGivesExitCodeOneAndAForbiddenEndingThree) {
   using enum scenario::Ending;
   const MetricLimit error{"rmse_m", {}, Bound::at_most, 0.1},
       landmarks{"loop_landmarks", {}, Bound::at_least, 3}, median{"rmse_m", "median", Bound::at_most, 0.1};
-  struct Case {
-    MetricLimit limit;
-    std::optional<double> value;
-    int code;
-    scenario::Ending ending = completed;
-    bool filter = true;
-  };
-  for (const Case& c :
-       {Case{error, 0.1, 0}, Case{error, 0.2, 1}, Case{landmarks, 3, 0}, Case{landmarks, 2, 1},
-        Case{error, 0.2, 1, diverged}, Case{error, 0.1, 3, fell}, Case{median, 0.2, 0}, Case{error, {}, 1},
-        Case{error, {}, 0, completed, false}, Case{error, 0.2, 1, completed, false}}) {
-    const scenario::Scenario scenario = limited({c.limit}, c.filter);
-    const auto judged = judge_run(scenario, [&](const std::string&) { return c.value; });
-    EXPECT_EQ(exit_code(scenario, c.ending, judged), c.code)
-        << c.limit.metric << c.limit.aggregate.value_or("") << " " << c.value.value_or(-1);
+  for (const auto& [limit, value, code, ending, filter] :
+       std::vector<std::tuple<MetricLimit, std::optional<double>, int, scenario::Ending, bool>>{
+           {error, 0.1, 0, completed, true},
+           {error, 0.2, 1, completed, true},
+           {landmarks, 3, 0, completed, true},
+           {landmarks, 2, 1, completed, true},
+           {error, 0.2, 1, diverged, true},
+           {error, 0.1, 3, fell, true},
+           {median, 0.2, 0, completed, true},
+           {error, {}, 1, completed, true},
+           {error, {}, 0, completed, false},
+           {error, 0.2, 1, completed, false}}) {
+    const scenario::Scenario scenario = limited({limit}, filter);
+    const auto judged = judge_run(scenario, [&, &value = value](const std::string&) { return value; });
+    EXPECT_EQ(exit_code(scenario, ending, judged), code) << limit.metric << value.value_or(-1);
   }
   EXPECT_TRUE(to_json(judge(limited({}, false), median, {})).at("passed").is_null());
 }
@@ -189,7 +185,6 @@ TEST_F(ScoreFile, TheTableShowsMetricsWithTheirLimitsAndAllOnRequest) {
   EXPECT_FALSE(read_score(folder_ / "score.json").value("loop_closed"));
   EXPECT_THAT(score_table(folder_.path(), {.all_metrics = true}),
               testing::ContainsRegex("  poses_matched +7\n"));
-  EXPECT_THAT(score_table(folder_.path(), {.colors = true}), HasSubstr("\033[32mok\033[0m"));
   EXPECT_THAT(score_table(folder_.path(), {.colors = true}, true), HasSubstr("\033[31mcompleted\033[0m"));
   EXPECT_THAT(table("\"value\": 0.25, \"unit\": \"m\"", R"("value": 0.25, "unit": "m", "note": "at 3.4 s")"),
               HasSubstr("<= 0.5000  ok  at 3.4 s\n"));
@@ -249,14 +244,10 @@ TEST_F(ScoreFile, AWrongTypeIsReportedWithItsKey) {
   for (const auto& [from, to, complaint] : std::vector<std::array<std::string, 3>>{
            {"\"completed\"", "\"done\"", "ending: is 'done', expected one of completed, fell"},
            {"0.25, \"unit\"", "\"0.25\", \"unit\"", "metrics.rmse_m.value: expected a number, found string"},
-           {"\"at_most\": 0.5", "\"a\": 1", "limits[0].at_least: is missing"},
            {"[{", "{\"a\": [{", ": is not JSON, or cut off here"},
            {"\"limits\"", R"("tracking": {"suspect": [{"from_s": "x", "cause": ""}]}, "limits")",
             "tracking.suspect[0].from_s: expected a number"}})
     EXPECT_THAT(files::error_of([&, from = from, to = to] { table(from, to); }), HasSubstr(complaint)) << to;
-  files::write_text(folder_ / "timing.json", R"({"frame_cpu_ms_median": "fast", "frame_cpu_ms_p99": 1})");
-  EXPECT_THAT(files::error_of([&] { table(); }),
-              HasSubstr("timing.json: frame_cpu_ms_median: expected a number, found string"));
 }
 
 TEST_F(ScoreFile, MissingEntriesOfAboutAreEmptyAndAWrongTypeIsReportedWithItsKey) {

@@ -89,18 +89,6 @@ TEST(Keys, EveryOptionAndEveryFieldOfAnItemHasAKey) {
       physics::FloorPatch>();
 }
 
-TEST(Keys, NamesAreUniqueAndSectionsAreContiguous) {
-  std::set<std::string> names, sections;
-  std::string section;
-  for (const auto& key : scenario_keys()) {
-    EXPECT_TRUE(names.insert(key.name).second) << key.name;
-    const std::string now = key.name.substr(0, key.name.rfind('.'));
-    EXPECT_TRUE(now == section || sections.insert(now).second) << key.name;
-    section = now;
-  }
-  EXPECT_TRUE(names.contains("errors.gyro.sigma_rad_s"));
-}
-
 TEST(Keys, HaveTheirUnitInTheirName) {
   EXPECT_EQ(unit_of("walk.step_length_m"), "m");
   EXPECT_EQ(unit_of("slam.motion.sigma_acceleration_m_s2"), "m/s²");
@@ -167,15 +155,12 @@ TEST(BadValues, AnEmptyValueIsRejected) {
 TEST(BadKeys, ATypoIsAnsweredWithTheNameOfTheKey) {
   for (const auto& key : scenario_keys()) {
     if (key.name.size() < 5) continue;
-    std::string doubled = key.name, dropped = key.name, swapped = key.name;
-    doubled.insert(doubled.size() - 2, 1, doubled[doubled.size() - 2]);
+    std::string dropped = key.name, doubled = key.name;
     dropped.erase(dropped.size() - 2, 1);
-    std::swap(swapped[swapped.size() - 1], swapped[swapped.size() - 2]);
-    for (const std::string& slip : {doubled, dropped, swapped}) {
-      if (slip == key.name || find_key(slip) != nullptr) continue;
+    doubled.insert(doubled.size() - 2, 1, doubled[doubled.size() - 2]);
+    for (const std::string& slip : {dropped, doubled})
       EXPECT_THAT(complaint_about(slip + ": 1"),
                   StartsWith("test.yaml:1:1: " + slip + ": unknown key; did you mean '"));
-    }
     EXPECT_THAT(complaint_about(dropped + ": 1"), HasSubstr("did you mean '" + key.name + "'?"));
   }
 }

@@ -50,11 +50,7 @@ TEST_F(PlaybackTest, EveryFrameHasItsPartsAndFaultsAreShownAsMoments) {
     EXPECT_TRUE(fs::is_regular_file(playback.images[i])) << i;
   }
   EXPECT_TRUE(playback.frames.front().map.has_value());
-  std::size_t rows = 0, searches = 0;
-  for (files::CsvReader file(result_ / "searches.csv"); file.next();) ++rows;
-  for (const Frame& frame : playback.frames) searches += frame.report->searched.size();
-  EXPECT_EQ(searches, rows);
-  EXPECT_GT(rows, 50u);
+  EXPECT_GT(playback.frames.back().report->searched.size(), 5u);
   EXPECT_TRUE(playback.run.camera.has_value());
   EXPECT_NEAR(playback.run.duration_s, slam::seconds(playback.frames.back().t), 1e-9);
   ASSERT_FALSE(playback.run.moments.empty());
@@ -99,19 +95,7 @@ TEST_F(PlaybackTest, MissingFilesAreReportedAndTheRecordingOfAnotherWalkIsNotUse
   EXPECT_TRUE(read_playback(result_, {}).images[0].empty()) << "the recording of another walk";
 }
 
-/// Lists the files of a recording as they are now, as anyone could.
-void list_again(const fs::path& recording) {
-  recording::ManifestWriter manifest(recording);
-  for (const auto& entry : fs::recursive_directory_iterator(recording)) {
-    if (!entry.is_regular_file() || entry.path().filename().string().starts_with("manifest")) continue;
-    files::Hash hash;
-    hash.add(files::read_text(entry.path()));
-    manifest.add(entry.path().lexically_relative(recording).generic_string(), hash);
-  }
-  manifest.finish();
-}
-
-TEST_F(PlaybackTest, PicturesHaveTheCamerasSizeAndAreAsRecorded) {
+TEST_F(PlaybackTest, PicturesAreAsRecordedAndInTheirFolder) {
   const fs::path recording = folder_ / "walk/recording", rows = recording / "mav0/cam0/data.csv";
   const auto playback = read_playback(result_, {});
   const fs::path picture = playback.images[3];
@@ -126,44 +110,31 @@ TEST_F(PlaybackTest, PicturesHaveTheCamerasSizeAndAreAsRecorded) {
   edited[30] ^= 1;
   files::write_text(picture, edited);
   EXPECT_THAT(complaint(), Has(picture.filename().string()));
-  files::write_text(picture, recording::encode_png(cv::Mat::zeros(2000, 2000, CV_8UC1)));
-  list_again(recording);
-  EXPECT_THAT(complaint(), Has("2000"));
-  fs::remove(picture);
-  fs::create_symlink("/etc/passwd", picture);
-  const auto images = [&] {
-    return files::error_of([&] { pages::image_files(playback.frames, recording); });
-  };
-  EXPECT_THAT(images(), Has("leads outside the folder"));
   files::write_text(rows, "#t,file\n" + std::to_string(recording::kEpoch.count()) + ",../../a.png\n");
-  EXPECT_THAT(images(), Has("leads outside the folder"));
+  EXPECT_THAT(files::error_of([&] { pages::image_files(playback.frames, recording); }),
+              Has("leads outside the folder"));
 }
 
 // The second eye has an image at every frame starting with the third, the lidar a sweep at every third frame.
 TEST(PlaybackOfARig, EachFrameHasTheNewestReadingOfEachCameraAndLidar) {
   const files::TemporaryFolder folder;
-  const slam::CameraIntrinsics camera = slam::synthetic::calibration().camera;
-  const std::vector<rig::RigSensor> rig{{.name = "cam1", .kind = rig::Kind::gray, .camera = camera},
-                                        {.name = "lidar0",
-                                         .kind = rig::Kind::lidar,
-                                         .nearest_m = 0.1,
-                                         .furthest_m = 9,
-                                         .lowest_rad = -0.1,
-                                         .highest_rad = 0.9}};
+  std::vector<rig::RigSensor> rig(2);
+  rig[0].name = "cam1", rig[0].camera = slam::synthetic::calibration().camera;
+  rig[1].name = "lidar0", rig[1].kind = rig::Kind::lidar, rig[1].furthest_m = 9;
+  const cv::Size size(rig[0].camera.width_px, rig[0].camera.height_px);
   tests::write_result(folder / "walk", tests::short_walk(9), "", rig, [&](int k, slam::Stamp t) {
     std::vector<slam::RigReading> all;
-    const auto added = [&](int sensor) -> slam::RigReading& {
-      all.emplace_back().sensor = sensor;
-      all.back().t = t;
-      return all.back();
-    };
-    if (k >= 3) added(0).image = cv::Mat(camera.height_px, camera.width_px, CV_8UC1, cv::Scalar(k));
-    if (k % 3 == 0) added(1).points = {{static_cast<float>(k), 0, 0}};
+    for (const int sensor : {0, 1}) {
+      if (sensor == 0 ? k < 3 : k % 3 != 0) continue;
+      slam::RigReading& reading = all.emplace_back();
+      reading.sensor = sensor, reading.t = t;
+      if (sensor == 0) reading.image = cv::Mat(size, CV_8UC1, cv::Scalar(k));
+      if (sensor == 1) reading.points = {{static_cast<float>(k), 0, 0}};
+    }
     return all;
   });
   replay_walk(folder / "walk");
-  const fs::path result = folder / "walk/replay";
-  const Playback playback = read_playback(result, {});
+  const Playback playback = read_playback(folder / "walk/replay", {});
   ASSERT_EQ(playback.rig.size(), 2u);
   EXPECT_TRUE(playback.rig[0][2].empty());
   EXPECT_EQ(playback.rig[1][4], playback.rig[1][3]);
@@ -205,20 +176,6 @@ TEST_F(PlaybackTest, ATruncatedFileIsDetectedAndTimesAreOptional) {
   EXPECT_EQ(files::error_of([&] { pages::read_run(result_); }), "");
 }
 
-TEST_F(PlaybackTest, BrokenFilesAreReported) {
-  const std::pair<const char*, const char*> damages[]{{"searches.csv", "#timestamp [ns],landmark\n1,2\n"},
-                                                      {"truth.tum", "0 1 2\n"},
-                                                      {"truth.tum", ""},
-                                                      {"frames.csv", "#timestamp [ns],landmarks\nx,1\n"}};
-  for (const auto& [name, text] : damages) {
-    const std::string whole = files::read_text(result_ / name);
-    files::write_text(result_ / name, text);
-    EXPECT_THAT(files::error_of([&] { read_playback(result_, {}); }), Has(name));
-    files::write_text(result_ / name, whole);
-  }
-  EXPECT_THROW(read_playback(folder_ / "nothing", {}), files::FileError);
-}
-
 TEST_F(PlaybackTest, ResultsOfTwoScenariosAreNotShownSideBySide) {
   std::vector<Playback> two(2, read_playback(result_, {}));
   EXPECT_NO_THROW(PlaybackView({}, two));
@@ -226,17 +183,16 @@ TEST_F(PlaybackTest, ResultsOfTwoScenariosAreNotShownSideBySide) {
   EXPECT_THROW(PlaybackView({}, two), std::invalid_argument);
 }
 
-// A force of 100 N at (0.02, 0.01) of a sole that is turned by a right angle and stands at (1, 2).
+// A force of 100 N at (0.02, 0.01) of a sole that is turned by a right angle and stands at (1, 2), and three
+// times that force at the origin of another.
 TEST(ZeroMomentPoint, IsWhereTheForcesAct) {
-  const SoleForce sole{{1, 2, M_PI / 2}, {0, 0, 100}, {1, -2, 0}}, other{{5, 5, 0}, {0, 0, 0}, {0, 0, 0}};
+  const SoleForce sole{{1, 2, M_PI / 2}, {0, 0, 100}, {1, -2, 0}}, other{{5, 6, 0}, {0, 0, 300}, {0, 0, 0}};
   const auto p = zero_moment_point({sole, other});
   ASSERT_TRUE(p.has_value());
-  EXPECT_NEAR(p->x(), 1 - 0.01, 1e-12);
-  EXPECT_NEAR(p->y(), 2 + 0.02, 1e-12);
-  const auto under = [](double y, double load_n) { return SoleForce{{0, y, 0}, {0, 0, load_n}, {0, 0, 0}}; };
-  EXPECT_NEAR(zero_moment_point({under(0, 100), under(1, 300)})->y(), 0.75, 1e-12)
-      << "between by their loads";
-  EXPECT_FALSE(zero_moment_point({under(0, 10), under(0, 5)}).has_value());
+  EXPECT_NEAR(p->x(), (1 - 0.01 + 3 * 5) / 4, 1e-12);
+  EXPECT_NEAR(p->y(), (2 + 0.02 + 3 * 6) / 4, 1e-12);
+  const SoleForce light{{0, 0, 0}, {0, 0, 15}, {0, 0, 0}}, none{{0, 0, 0}, {0, 0, 0}, {0, 0, 0}};
+  EXPECT_FALSE(zero_moment_point({light, none}).has_value());
 }
 
 constexpr std::size_t kSlip = 12, kMargin = 14;  // columns of Series

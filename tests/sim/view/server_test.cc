@@ -227,33 +227,23 @@ TEST_F(Live, CommandsAreRefusedWithoutControlAndMalformedOnesDoNoHarm) {
   view_.pace(1ms);  // does not wait
 }
 
-// Its queue and the kernel's buffers fill up. Then no more frames are made for it, and the run does not wait.
-TEST_F(Live, AStalledViewerCostsNothingAndDoesNotStopAnotherThatReads) {
-  SocketClient stalled(view_.access(), kOwn, 4096);
-  stalled.say_loaded();
-  ASSERT_TRUE(has_a_viewer(view_));
-  const auto begin = Clock::now();
-  ASSERT_TRUE(fills_its_viewer(view_)) << "whoever waited for it would wait for ever";
-  EXPECT_FALSE(view_.wants({}));
-  SocketClient reading(view_.access());
-  reading.say_loaded();
-  ASSERT_TRUE(has_a_viewer(view_));
-  reading.next_message();  // the pace
-  reading.next_message();  // the last frame
-  ASSERT_TRUE(view_.wants({}));
-  view_.show(frame_at(2000));
-  EXPECT_THAT(reading.next_message(), Has("\"t\":66.0"));
-  view_.end("done");  // gives up waiting for the stalled one
-  EXPECT_LT(Clock::now() - begin, 90s);
-}
-
-// On a busy machine, a browser may fetch for longer than the time limit for messages and may draw for a
-// second.
-TEST_F(Live, AViewerThatIsSlowForASecondStillLearnsHowTheRunEnded) {
+// Its queue and the kernel's buffers fill up. Then no more frames are made for it, the run does not wait, and
+// another viewer gets its messages. On a busy machine, a browser may fetch for longer than the time limit for
+// messages and may draw for a second.
+TEST_F(Live, AViewerThatIsSlowForASecondStillLearnsHowTheRunEndedAndStopsNoOther) {
   auto view = std::make_unique<LiveView>(Access{.token = kToken}, ShownRun{.label = "a walk"}, false);
   SocketClient slow(view->access(), kOwn, 4096);
   ASSERT_TRUE(has_a_viewer(*view));
-  ASSERT_TRUE(fills_its_viewer(*view));
+  ASSERT_TRUE(fills_its_viewer(*view)) << "whoever waited for it would wait for ever";
+  EXPECT_FALSE(view->wants({}));
+  SocketClient reading(view->access());
+  reading.say_loaded();
+  ASSERT_TRUE(has_a_viewer(*view));
+  reading.next_message();  // the pace
+  reading.next_message();  // the last frame
+  ASSERT_TRUE(view->wants({}));
+  view->show(frame_at(2000));
+  EXPECT_THAT(reading.next_message(), Has("\"t\":66.0"));
   std::thread program([&] {
     view->end("done");
     view.reset();
@@ -264,7 +254,7 @@ TEST_F(Live, AViewerThatIsSlowForASecondStillLearnsHowTheRunEnded) {
   std::string last;
   do last = slow.next_message();
   while (!last.empty() && last.find("ended") == last.npos);
-  EXPECT_EQ(last, R"({"op":"ended","how":"done","frames":0})");
+  EXPECT_THAT(last, StartsWith(R"({"op":"ended","how":"done",)"));
   program.join();
 }
 
@@ -278,9 +268,8 @@ TEST(LiveRig, APageFetchesTheNewestReadingsOfTheFramesItWasSent) {
   RawClient fetching(view.access().port);
   ASSERT_TRUE(has_a_viewer(view));
   client.next_message();  // the pace
-  const cv::Mat red(2, 3, CV_8UC3, cv::Scalar(255, 0, 0));
   slam::Observation with_image, with_sweep;
-  with_image.rig.emplace_back().image = red;
+  with_image.rig.emplace_back().image = cv::Mat(2, 3, CV_8UC3, cv::Scalar(255, 0, 0));
   with_sweep.rig.emplace_back().sensor = 1;
   with_sweep.rig[0].points = {{1, 2, 3}};
   view.wants(with_image);
@@ -294,16 +283,15 @@ TEST(LiveRig, APageFetchesTheNewestReadingsOfTheFramesItWasSent) {
     fetching.send("GET " + path + "?token=" + kToken + " HTTP/1.1\r\nHost: " + authority(view.access()) +
                   "\r\n\r\n");
     const std::string response = fetching.response();
-    EXPECT_THAT(response, StartsWith("HTTP/1.1 200"));
     return response.substr(response.find("\r\n\r\n") + 4);
   };
-  EXPECT_EQ(body("/rig/0/0/0"), recording::encode_png(red));
-  EXPECT_EQ(body("/rig/0/0/1"), recording::encode_png(red));
-  EXPECT_EQ(body("/rig/0/1/0"), "") << "before the first sweep";
-  EXPECT_EQ(body("/rig/0/1/1").size(), 16u);
-  EXPECT_EQ(body("/rig/0/0/2"), "");
+  const std::string image = recording::encode_png(with_image.rig[0].image);
+  for (const auto& [path, size] :
+       {std::pair("/rig/0/0/0", image.size()), {"/rig/0/0/1", image.size()}, {"/rig/0/1/1", 16}})
+    EXPECT_EQ(body(path).size(), size) << path;
+  for (const char* missing : {"/rig/0/1/0", "/rig/0/0/2"}) EXPECT_EQ(body(missing), "") << missing;
   for (int k = 5; k < 40; ++k) view.show(frame_at(k));
-  EXPECT_NE(body("/rig/0/0/36"), "");
+  EXPECT_EQ(body("/rig/0/0/36"), image);
   EXPECT_EQ(body("/rig/0/0/0"), "") << "kept for some frames only";
 }
 
@@ -382,15 +370,9 @@ TEST(Access, ReachableAddressesAllInterfacesAndWeakTokensAreRefused) {
 
 TEST(Access, TokensHave128RandomBitsAndMatchOnlyInFull) {
   std::set<std::string> tokens;
-  std::set<char> digits;
-  for (int i = 0; i < 1000; ++i) {
-    const std::string token = checked({}).token;
-    EXPECT_EQ(token.size(), 32u);
-    tokens.insert(token);
-    digits.insert(token.begin(), token.end());
-  }
+  for (int i = 0; i < 1000; ++i) tokens.insert(checked({}).token);
   EXPECT_EQ(tokens.size(), 1000u);
-  EXPECT_EQ(std::string(digits.begin(), digits.end()), "0123456789abcdef");
+  EXPECT_THAT(tokens, testing::Each(testing::MatchesRegex("[0-9a-f]{32}")));
   EXPECT_TRUE(equal_in_constant_time(kToken, kToken));
   for (std::size_t i = 0; i < kToken.size(); ++i) {
     std::string other = kToken;
@@ -401,53 +383,19 @@ TEST(Access, TokensHave128RandomBitsAndMatchOnlyInFull) {
   EXPECT_FALSE(equal_in_constant_time(kToken + kToken, kToken));
 }
 
-struct Asked {
-  std::string target;
-  std::vector<std::string> hosts;
-  unsigned status;
-  std::optional<std::string> origin = std::nullopt;
-  std::string method = "GET";
-};
-
-// Another host: DNS rebinding through an attacker's name that resolves to this machine.
 TEST(Rejection, OtherHostsOriginsTokensAndMethodsAreRefused) {
-  const std::string own = "127.0.0.1:8000", page = "/about?token=" + kToken;
-  std::vector<Asked> all{{page, {own}, 0},
-                         {page,
-                          {"evil.example", "evil.example:8000", "127.0.0.1", "127.0.0.1:8001",
-                           "127.0.0.1.evil.example:8000", "localhost:8000", ""},
-                          421},
-                         {page, {own}, 0, "http://127.0.0.1:8000"}};
-  for (const char* const other :
-       {"https://evil.example", "http://evil.example:8000", "http://127.0.0.1", "https://127.0.0.1:8000",
-        "http://127.0.0.1:8001", "http://127.0.0.2:8000", "http://[::1]:8000", "null", "file://", ""})
-    all.push_back({page, {own}, 403, other});
-  for (const std::string& query :
-       {std::string(), std::string("?token="), "?token=f" + kToken.substr(1), "?token=" + kToken + "0",
-        "?token=" + kToken.substr(1), "?nottoken=" + kToken})
-    for (const std::string path : {"/", "/about", "/view.js", "/nothing", "/socket"})
-      all.push_back({path + query, {own}, 403});
-  for (const char* const method : {"POST", "PUT", "DELETE", "OPTIONS", "HEAD"})
-    all.push_back({page, {own}, 405, std::nullopt, method});
-  for (const auto& [target, hosts, status, origin, method] : all)
-    for (const std::string& host : hosts) {
-      const auto rejected = rejection({method, target, host, origin}, {.port = 8000, .token = kToken});
-      EXPECT_EQ(rejected ? rejected->status : 0, status) << target << host << origin.value_or("") << method;
-    }
+  for (const auto& row : tests::rows_of("sim/view/rejections.txt")) {
+    Access access{.port = 8000, .token = kToken};
+    if (row[1] != "-") access.forwarded = {row[1]};
+    const auto origin = row.at(3) == "-" ? std::nullopt : std::optional(row[3]);
+    const auto rejected =
+        rejection({row[2], tests::replaced(row.at(5), "TOKEN", kToken), row[4], origin}, access);
+    EXPECT_EQ(rejected ? rejected->status : 0, std::stoul(row[0])) << testing::PrintToString(row);
+  }
 }
 
-TEST(Rejection, AForwardedHostIsAllowedWithItsOriginAndTheRefusalExplainsHow) {
-  const Access access{.port = 8000, .token = kToken, .forwarded = {"localhost:9000", "bench.example:80"}};
-  const auto status = [&](const char* host, const char* origin) {
-    const auto rejected = rejection({"GET", "/?token=" + kToken, host, origin}, access);
-    return rejected ? rejected->status : 0;
-  };
-  EXPECT_EQ(status("localhost:9000", "http://localhost:9000"), 0u);
-  EXPECT_EQ(status("127.0.0.1:8000", "http://127.0.0.1:8000"), 0u);
-  EXPECT_EQ(status("bench.example", "http://bench.example"), 0u) << "browsers omit port 80";
-  EXPECT_EQ(status("localhost:9000", "http://127.0.0.1:8000"), 0u) << "a proxy may set the Host";
-  EXPECT_EQ(status("localhost:9000", "https://localhost:9000"), 403u);
-  EXPECT_EQ(status("localhost:9001", "http://localhost:9001"), 421u);
+TEST(Rejection, ExplainsHowAForwardedHostIsAllowed) {
+  const Access access{.port = 8000, .token = kToken, .forwarded = {"localhost:9000"}};
   EXPECT_THAT(rejection({"GET", "/", "localhost:9001"}, access)->why,
               Has("127.0.0.1:8000", "--public localhost:9001"));
   EXPECT_THAT(rejection({"GET", "/", "a b:9001"}, access)->why, Has("--public HOST:PORT"));
@@ -461,28 +409,16 @@ TEST(Rejection, AForwardedHostIsAllowedWithItsOriginAndTheRefusalExplainsHow) {
         << wrong;
 }
 
-// A proxy with TLS on port 443, and a path that it passes on or removes.
-TEST(Rejection, AProxyWithTlsAndAPathIsAllowedAsItsBrowsersNameIt) {
-  for (const char* const place : {"https://viz.example.org/gaitslam", "https://viz.example.org:443/gaitslam/",
-                                  "viz.example.org:443/gaitslam"}) {
-    const Access access{.port = 8000, .token = kToken, .forwarded = {place}};
-    const auto status = [&](const char* host, const char* origin) {
-      const auto rejected = rejection({"GET", "/gaitslam/?token=" + kToken, host, origin}, access);
-      return rejected ? rejected->status : 0;
-    };
-    for (const char* const host : {"viz.example.org", "viz.example.org:443", "127.0.0.1:8000"}) {
-      EXPECT_EQ(status(host, "https://viz.example.org"), 0u) << host;
-      EXPECT_EQ(status(host, "http://viz.example.org"), 403u) << host;
-    }
-    EXPECT_EQ(status("viz.example.org:80", "https://viz.example.org"), 421u);
-    EXPECT_EQ(url(access), "https://viz.example.org/gaitslam/?token=" + kToken);
-    for (const auto& [target, path] : {std::pair("/gaitslam/about?token=x", "/about"),
-                                       {"/about?token=x", "/about"},
-                                       {"/gaitslam/", "/"},
-                                       {"/gaitslams/about", "/gaitslams/about"},
-                                       {"/gaitslam", "/gaitslam"}})
-      EXPECT_EQ(served_path(target, access), path);
-  }
+// A proxy passes the path on or removes it.
+TEST(Rejection, APathOfAProxyIsRemoved) {
+  const Access access{.port = 8000, .token = kToken, .forwarded = {"https://viz.example.org:443/gaitslam/"}};
+  EXPECT_EQ(url(access), "https://viz.example.org/gaitslam/?token=" + kToken);
+  for (const auto& [target, path] : {std::pair("/gaitslam/about?token=x", "/about"),
+                                     {"/about?token=x", "/about"},
+                                     {"/gaitslam/", "/"},
+                                     {"/gaitslams/about", "/gaitslams/about"},
+                                     {"/gaitslam", "/gaitslam"}})
+    EXPECT_EQ(served_path(target, access), path);
 }
 
 Service service() {
@@ -566,9 +502,7 @@ TEST_F(Security, FilesThatABrowserHasAreNotSentAgain) {
 }
 
 TEST_F(Security, OtherPathsSizesAndProtocolsAreRefused) {
-  for (const std::string path : {"/../../etc/passwd", "/%2e%2e/%2e%2e/etc/passwd", "//etc/passwd",
-                                 "/etc/passwd", "/view.js/../about", "/view.js/", "/.git/config"})
-    EXPECT_THAT(request(path + query_, host_), StartsWith("HTTP/1.1 404")) << path;
+  EXPECT_THAT(request("/../../etc/passwd" + query_, host_), StartsWith("HTTP/1.1 404"));
   EXPECT_THAT(request("/" + query_, host_ + "X-Long: " + std::string(3000, 'x') + "\r\n"),
               StartsWith("HTTP/1.1 431"));
   EXPECT_THAT(request("/" + query_, host_ + "Content-Length: 100000000\r\n"), StartsWith("HTTP/1.1 413"));
