@@ -1,11 +1,11 @@
-#include <stdlib.h>
-
 #include <iostream>
 
 #include "sim/files/atomic_file.h"
 #include "sim/live/run.h"
 #include "sim/physics/adapted.h"
 #include "tools/cli/commands.h"
+#include "tools/cli/gait_search.h"
+#include "tools/cli/jobs/progress.h"
 #include "tools/cli/shared/options.h"
 
 namespace cli {
@@ -19,7 +19,7 @@ See "Your own robot in an hour" in models/README.md.)";
 constexpr const char* kRobotCheckExamples = R"(Examples:
   gaitslam robot check models/robots/hrp2
   gaitslam robot check unitree/g1_29dof.xml  # a model without robot.yaml: uses what robot init would guess
-Exit codes: 0 the robot stands and walks in place; 1 it does not; 2 it cannot be read.)";
+Exit codes: 0 the robot stands and walks where it is sent; 1 it does not; 2 it cannot be read.)";
 
 constexpr const char* kWalkerExamples = R"(Example:
   gaitslam run scenarios/tangent_circle.yaml 'walk.controller={program: [tools/gaitslam, walker]}'
@@ -34,28 +34,8 @@ int answer_messages(WalkerRequest&) { return live::run_plan_program(); }
 struct RobotRequest {
   fs::path robot;
   std::optional<fs::path> out;
-};
-
-/// A guessed robot.yaml in a temporary folder, which the destructor removes.
-class GuessedRobot {
- public:
-  explicit GuessedRobot(const fs::path& model) {
-    const std::string text = physics::first_robot_file(model, fs::absolute(model).string());
-    std::string pattern = (fs::temp_directory_path() / "gaitslam-robot-XXXXXX").string();
-    if (!mkdtemp(pattern.data())) files::fail_by_errno(pattern, "cannot be made");
-    folder_ = pattern;
-    files::write_text(folder_ / "robot.yaml", text);
-  }
-  ~GuessedRobot() {
-    std::error_code ignored;
-    fs::remove_all(folder_, ignored);
-  }
-  GuessedRobot(const GuessedRobot&) = delete;
-  GuessedRobot& operator=(const GuessedRobot&) = delete;
-  const fs::path& folder() const { return folder_; }
-
- private:
-  fs::path folder_;
+  bool no_search = false;
+  GaitSearch search;
 };
 
 constexpr const char* kGuess = "no robot.yaml (using what gaitslam robot init would guess)";
@@ -63,7 +43,8 @@ constexpr const char* kGuess = "no robot.yaml (using what gaitslam robot init wo
 int check_one(RobotRequest& request) {
   const auto print = [](const std::string& line) { std::cout << line << std::endl; };
   if (fs::is_directory(request.robot)) return live::check_robot(request.robot, print) ? 0 : 1;
-  const GuessedRobot guessed(request.robot);
+  const TemporaryRobot guessed(
+      physics::first_robot_file(request.robot, fs::absolute(request.robot).string()));
   const auto without_folder = [&](std::string text) {
     for (const std::string& folder : {guessed.folder().string() + "/", guessed.folder().string()})
       for (std::size_t at = text.find(folder); at != text.npos; at = text.find(folder))
@@ -84,10 +65,20 @@ int write_first(RobotRequest& request) {
   if (folder.empty()) folder = ".";
   const fs::path file = folder / "robot.yaml";
   if (fs::exists(file)) throw files::FileError(file, "already exists and is not overwritten");
-  const std::string text =
-      physics::first_robot_file(request.robot, fs::proximate(request.robot, folder).string());
-  fs::create_directories(folder);
-  files::write_atomically(file, text);
+  const std::string model = fs::proximate(request.robot, folder).string();
+  const auto write = [&](const std::string& text) {
+    fs::create_directories(folder);
+    files::write_atomically(file, text);
+  };
+  if (request.no_search) {
+    write(physics::first_robot_file(request.robot, model));
+  } else {
+    const OnInterrupt on_interrupt(
+        fmt::format("{} has the best gait so far; to search again, first move it away", file.string()));
+    ProgressLine progress("search the gait");
+    search_gait(request.robot, model, request.search, write,
+                [&](double part, const std::string& at) { progress.show(part, at); });
+  }
   std::cout << file.string() << ": written; review each guess, then run gaitslam robot check "
             << files::shell_word(folder.string()) << '\n';
   return 0;
@@ -101,15 +92,19 @@ void add_robot(CLI::App& app, int& exit_code) {
   command.require_subcommand(1);
   command.footer(kRobotExamples);
   auto [checker, check_request] = add_command(
-      command, exit_code, "check", "Print what is read from a robot; make it stand 5 s and walk in place",
+      command, exit_code, "check",
+      "Print what is read from a robot; make it stand 5 s and walk in place and in each direction",
       kRobotCheckExamples, check_one);
   checker.add_option("robot", check_request.robot, "folder with robot.yaml, or a model file, MJCF or URDF")
       ->required();
-  auto [writer, init_request] =
-      add_command(command, exit_code, "init",
-                  "Write a first robot.yaml with guessed feet, legs, base, chest and head", "", write_first);
+  auto [writer, init_request] = add_command(
+      command, exit_code, "init",
+      "Write a first robot.yaml: guess feet, legs, base, chest and head, and search for a gait by walking",
+      "", write_first);
   writer.add_option("model", init_request.robot, "model file, MJCF or URDF")->required();
   writer.add_option("--out", init_request.out, "folder for robot.yaml (default: the model's folder)");
+  writer.add_flag("--no-search", init_request.no_search, "guess the gait without walking");
+  writer.add_option("--seed", init_request.search.seed, "seed of the search (default: 1)");
 }
 
 void add_walker(CLI::App& app, int& exit_code) {
