@@ -177,6 +177,18 @@ TEST_F(Cli, ARobotIsCheckedByItsFolderOrItsModelAndItsFirstFileIsNeverOverwritte
   EXPECT_EQ(shell("mkdir tmp; TMPDIR=tmp " GAITSLAM_PROGRAM " robot check leg.xml; ls tmp").out, "");
 }
 
+using LongRobotInit = Cli;
+
+TEST_F(LongRobotInit, FindsAGaitThatArrivesAndTheSameOneWithTheSameSeed) {
+  const std::string init = "robot init '" GAITSLAM_SOURCE_DIR "/models/robots/g1/robot.xml' --out ";
+  ok(init + "first");
+  ok(init + "again");
+  const std::string file = text_of("first/robot.yaml");
+  EXPECT_EQ(text_of("again/robot.yaml"), file);
+  EXPECT_THAT(file, Has("# found by walking: arrives at the end of 18 of 18 short walks"));
+  EXPECT_THAT(ok("robot check first"), Has("ok: walks 8 s back", "ok: walks 8 s turning right"));
+}
+
 TEST_F(Cli, APlanThroughFurnitureIsRejectedByEachCommandThatWouldWalkIt) {
   write("ahead.yaml", "walk:\n  commands:\n    - stand: {duration_s: 1}\n    - straight: {forward_m: 9}\n");
   for (const std::string command : {"check ahead.yaml", "run ahead.yaml", "run ahead.yaml --seeds 1..2",

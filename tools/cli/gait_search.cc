@@ -23,7 +23,7 @@ using Point = std::vector<double>;
 
 constexpr std::size_t kFinalists = 3;
 constexpr int kSeeds = 3, kMostFalls = 2;
-constexpr double kFirstStep = 0.12;
+constexpr double kFirstStep = 0.15;
 
 /// The searched values and where they are in a gait.
 struct Axis {

@@ -22,7 +22,7 @@ class TemporaryRobot {
 };
 
 struct GaitSearch {
-  int generations = 5, population = 6;
+  int generations = 9, population = 6;
   std::uint64_t seed = 1;  ///< of the search
 };
 

@@ -344,7 +344,7 @@ TEST_F(Base, TheSidewaysGaitOfARobotReplacesItsUsualOne) {
   const walking::WalkOptions sideways = walk("walk.gait: sideways\n");
   EXPECT_EQ(sideways.step_length_m, 0.06);
   EXPECT_EQ(sideways.step_height_m, 0.05);
-  EXPECT_EQ(walk("walk: {gait: sideways, step_length_m: 0.2}\n").step_length_m, 0.2);
+  EXPECT_EQ(walk("walk.gait: sideways\nwalk.step_length_m: 0.2\n").step_length_m, 0.2);
 }
 
 TEST_F(Overlay, IsReadAsStrictlyAsAScenario) {
