@@ -194,8 +194,13 @@ struct Arms {
   ArmAngles right, left;
 };
 
+/// Which of a robot's gaits gives the defaults of a walk: that for all directions, or one for sideways steps.
+enum class Gait { usual, sideways };
+inline constexpr std::array<std::string_view, 2> kGaits{"usual", "sideways"};
+
 /// The scenario's keys walk.*.
 struct WalkOptions {
+  Gait gait = Gait::usual;
   double single_support_s = 0.78;
   double double_support_s = 0.02;
   double step_height_m = 0.07;
@@ -210,6 +215,9 @@ struct WalkOptions {
   std::vector<Command> commands;
 
   static void keys(auto&& key) {
+    choice<&WalkOptions::gait>(key, kGaits,
+                               "defaults of the other keys of walk: usual (walk in robot.yaml) or sideways "
+                               "(walk_sideways there, if the robot has it)");
     number<&WalkOptions::single_support_s>(key, 0.1, 5, "time on one foot in each step");
     number<&WalkOptions::double_support_s>(key, kPeriod, 5, "time on both feet between steps");
     number<&WalkOptions::step_height_m>(key, 0.005, 0.2, "height of the swing foot's path");

@@ -5,11 +5,9 @@
 
 #include "sim/files/text.h"
 #include "sim/live/run.h"
-#include "sim/live/setup.h"
+#include "sim/live/short_walks.h"
 #include "sim/physics/adapted.h"
-#include "sim/physics/nominal_body.h"
 #include "sim/physics/robot.h"
-#include "sim/physics/walking_robot.h"
 #include "sim/scenario/robot.h"
 #include "sim/score/trajectory.h"
 
@@ -20,6 +18,7 @@ using Print = std::function<void(const std::string&)>;
 
 constexpr double kStand_s = 5;
 constexpr int kSteps = 8;
+constexpr std::uint64_t kSeed = 1;   // of the plant on which the robot walks in each direction
 constexpr double kLeastShare = 0.5;  // fraction of the workspace; with less, ordinary steps hit a joint limit
 
 const char* word(model_file::Fate fate) {
@@ -86,49 +85,6 @@ double reached_share(const walking::Robot& robot, walking::Side side) {
   return double(reached) / all;
 }
 
-/// Counts how often a foot has left the floor and landed.
-class Landings {
- public:
-  void add(double height_m) {
-    if (height_m < kLanded_m && std::exchange(is_up_, false)) ++count_;
-    is_up_ |= height_m > kLifted_m;
-  }
-  int count() const { return count_; }
-
- private:
-  static constexpr double kLifted_m = 0.005, kLanded_m = 0.0025;
-  bool is_up_ = false;
-  int count_ = 0;
-};
-
-/// Returns how a walk ended, or why it cannot be planned; empty if it was carried out with all its steps.
-std::string walked(const scenario::ReadScenario& read, const physics::Models& models,
-                   std::vector<walking::Command> commands, int steps) try {
-  walking::WalkOptions walk = read.scenario.walk;
-  walk.commands = std::move(commands);
-  walking::PatternGenerator plan(models.robot, walk, physics::nominal_body(copy_of(models.on_floor)));
-  physics::WorldOptions world = read.scenario.world;
-  world.variation = {0, 0, 0, 0, 0, 0, 0};
-  physics::WalkingRobot robot(std::move(plan), read.scenario.stabilizer, world,
-                              plant_variation(1, world, int(models.robot.joints.size())), models);
-  std::array<Landings, 2> landings;
-  const double floor[]{robot.world().X_WL().translation().z(), robot.world().X_WR().translation().z()};
-  while (robot.walks()) {
-    robot.tick();
-    landings[0].add(robot.world().X_WL().translation().z() - floor[0]);
-    landings[1].add(robot.world().X_WR().translation().z() - floor[1]);
-  }
-  if (robot.is_ok() && landings[0].count() + landings[1].count() < steps)
-    return fmt::format(
-        "the left foot left the floor and landed {} times, the right one {}, expected {} together",
-        landings[0].count(), landings[1].count(), steps);
-  if (robot.is_ok()) return "";
-  const physics::Status& status = robot.world().status();
-  return status.condition == physics::Condition::fell ? "fell " + status.cause : status.cause;
-} catch (const std::invalid_argument& e) {
-  return e.what();
-}
-
 }  // namespace
 
 bool check_robot(const std::filesystem::path& folder, const Print& print) {
@@ -157,16 +113,26 @@ bool check_robot(const std::filesystem::path& folder, const Print& print) {
       fmt::format("world: {{robot: {}, room: floor}}\nwalk: {{commands: [{{stand: {{}}}}]}}\n",
                   files::quote_if_needed((std::filesystem::absolute(folder) / "").string())),
       "robot_check");
-  const std::string stood = walked(read, models, {walking::Stand{kStand_s}}, 0);
-  judge(stood.empty(), fmt::format("stands {:g} s{}", kStand_s, stood.empty() ? "" : ": " + stood),
-        "raise the gains in servos, and check sole_m and what touches the floor");
+  const auto try_walk = [&](const std::string& what, std::vector<walking::Command> commands, int steps,
+                            std::optional<std::uint64_t> seed, const std::string& change) {
+    const Walked walk = walked(read.scenario, models, std::move(commands), seed);
+    std::string complaint = walk.complaint();
+    if (const auto [left, right] = walk.landings; complaint.empty() && left + right < steps)
+      complaint = fmt::format(
+          "the left foot left the floor and landed {} times, the right one {}, expected {} together", left,
+          right, steps);
+    judge(complaint.empty(), what + (complaint.empty() ? "" : ": " + complaint), change);
+  };
+  try_walk(fmt::format("stands {:g} s", kStand_s), {walking::Stand{kStand_s}}, 0, {},
+           "raise the gains in servos, and check sole_m and what touches the floor");
   walking::Steps steps;
   for (int i = 0; i < kSteps; ++i) steps.list.push_back({0, (i % 2 ? -1 : 1) * models.robot.foot_spacing, 0});
-  const std::string in_place = walked(read, models, {steps, walking::Stand{1}}, kSteps);
-  judge(in_place.empty(),
-        fmt::format("walks {} steps in place{}", kSteps, in_place.empty() ? "" : ": " + in_place),
-        "try walk.zmp_inwards_m: 0.03, walk.single_support_s: 0.4, a lower walk.step_height_m or stiffer "
-        "servos");
+  const std::string change =
+      "try walk.single_support_s: 0.4, a lower walk.step_height_m, a shorter walk.step_length_m, or other "
+      "gains";
+  try_walk(fmt::format("walks {} steps in place", kSteps), {steps, walking::Stand{1}}, kSteps, {}, change);
+  for (const ShortWalk& walk : short_walks(read.scenario.walk))
+    try_walk(fmt::format("walks 8 s {}", walk.name), walk.commands, kSteps, kSeed, change);
   return good;
 }
 

@@ -1,6 +1,8 @@
 // A robot's model file as the bench loads it: with the servos, sites, camera and sensors from robot.yaml.
 #pragma once
 
+#include <memory>
+
 #include "sim/model_file/model_file.h"
 #include "sim/physics/robot_file.h"
 
@@ -21,9 +23,33 @@ struct AdaptedRobot {
 /// errors in the model and std::invalid_argument "file:line:column: key: ..." for names in robot.yaml.
 AdaptedRobot adapt(const RobotFile& robot);
 
-/// Returns a first robot.yaml for a model that has none, with each guess marked by a comment. Feet are the
-/// two lowest ends of chains, the left one where y > 0; the sole's point is below the last joint. Throws
-/// std::runtime_error if the model does not load or does not have two feet.
+/// What a walk in the first robot.yaml depends on, apart from the model.
+struct Gait {
+  double single_support_s = 0.6, double_support_s = 0.15, step_height_m = 0.03, step_length_m = 0.12,
+         zmp_inwards_m = 0;
+  double ankle_kp = 1, ankle_kd = 1;  ///< factors of the guessed gains of the ankles' servos
+};
+
+class Guess;
+
+/// The first robot.yaml for a model that has none, with each guess marked by a comment. Feet are the two
+/// lowest ends of chains, the left one where y > 0; the sole's point is below the last joint.
+class FirstRobotFile {
+ public:
+  /// Throws std::runtime_error if the model does not load or does not have two feet.
+  explicit FirstRobotFile(const std::filesystem::path& model);
+  ~FirstRobotFile();
+  FirstRobotFile(FirstRobotFile&&) noexcept;
+  /// Returns the gait that the masses, heights and torque limits of the model suggest.
+  Gait guessed_gait() const;
+  /// model: the path to write. comment: what is known about the gait.
+  std::string yaml(const std::string& model, const Gait& gait, const std::string& comment) const;
+
+ private:
+  std::unique_ptr<Guess> guess_;
+};
+
+/// Returns the first robot.yaml with the guessed gait.
 std::string first_robot_file(const std::filesystem::path& model, const std::string& written);
 
 }  // namespace sim::physics

@@ -29,6 +29,8 @@ constexpr Gains kLeg{120, 1.8, 4e-4}, kAnkle{40, 0.2, 4e-4}, kOther{12, 0.2, 1e-
 // The ankle admittance times mass and height of the center of mass, because torques grow with both. Tried on
 // robots of 18 to 95 kg. For small robots the height is taken as at least 0.45 m.
 constexpr double kAdmittance = 1.0, kLeastHeight_m = 0.45;
+constexpr const char* kGuessedGait =
+    "guess: slower, lower, shorter steps than those of robots with rubber bushes at their ankles";
 // The longest step ahead: a fraction of the height of the center of mass, up to a limit.
 constexpr double kStepShare = 0.22, kLongestStep_m = 0.12;
 // The share of the ankle's torque limit that standing on one foot may need.
@@ -38,8 +40,8 @@ constexpr double kAnkleShare = 0.65;
 // zero moment point closer to the middle then help.
 constexpr double kWeakHips = 1.3;
 constexpr const char* kWalk =
-    R"(# guess: slower, lower, shorter steps than those of robots with rubber bushes at their ankles
-walk: {{{}, double_support_s: 0.15, step_height_m: 0.03, step_length_m: {:.2g}}}
+    R"(# {}
+walk: {{single_support_s: {:.3g}, double_support_s: {:.3g}, step_height_m: {:.3g}, step_length_m: {:.3g}, zmp_inwards_m: {:.3g}}}
 stabilizer: {{ankle_admittance: {{gain_rad_s_per_nm: {:.2g}}}, landing_adjustment: {{enabled: true}}}}
 # guess: leg odometry of a robot that nobody has measured
 slam:
@@ -83,6 +85,8 @@ model_file::Element written(const CompiledRobot& robot) {
   return root;
 }
 
+}  // namespace
+
 class Guess {
  public:
   explicit Guess(const std::filesystem::path& file)
@@ -99,7 +103,13 @@ class Guess {
     bend();
   }
 
-  std::string yaml(const std::string& model) const {
+  Gait gait() const {
+    Gait gait{.step_length_m = std::min(kLongestStep_m, kStepShare * height_m_)};
+    if (has_weak_hips()) gait.single_support_s = 0.5, gait.zmp_inwards_m = 0.03;
+    return gait;
+  }
+
+  std::string yaml(const std::string& model, const Gait& gait, const std::string& comment) const {
     std::string text = fmt::format(
         "# Guessed from the tree of {0}: look at each line that is marked as a guess, then run\n"
         "# gaitslam robot check. models/README.md explains each key.\n"
@@ -137,7 +147,8 @@ class Guess {
                           fmt::join(rigid, ", "));
     if (!endless.empty())
       text += fmt::format("  # guess: rigid, since the model gives no range: {}\n", fmt::join(endless, ", "));
-    for (const auto& [joints, gains] : {std::pair(&legs, kLeg), {&ankles, kAnkle}, {&others, kOther}}) {
+    const Gains ankle{gait.ankle_kp * kAnkle.kp, gait.ankle_kd * kAnkle.kd, kAnkle.armature};
+    for (const auto& [joints, gains] : {std::pair(&legs, kLeg), {&ankles, ankle}, {&others, kOther}}) {
       const auto bare = std::stable_partition(joints->begin(), joints->end(),
                                               [&](const std::string& joint) { return has_armature(joint); });
       for (const std::span some : {std::span(joints->begin(), bare), std::span(bare, joints->end())})
@@ -148,11 +159,9 @@ class Guess {
               has_armature(some[0]) ? "" : fmt::format(", armature_kg_m2: {:.2g}", gains.armature * mass()));
     }
     return text + "floor_friction: 0.7  # guess: rubber on a clean floor\n" +
-           fmt::format(
-               kWalk,
-               has_weak_hips() ? "zmp_inwards_m: 0.03, single_support_s: 0.5" : "single_support_s: 0.6",
-               std::min(kLongestStep_m, kStepShare * height_m_),
-               kAdmittance / (mass() * std::max(kLeastHeight_m, height_m_)));
+           fmt::format(kWalk, comment, gait.single_support_s, gait.double_support_s, gait.step_height_m,
+                       gait.step_length_m, gait.zmp_inwards_m,
+                       kAdmittance / (mass() * std::max(kLeastHeight_m, height_m_)));
   }
 
  private:
@@ -514,10 +523,20 @@ class Guess {
   std::vector<Foot> feet_;
 };
 
-}  // namespace
+FirstRobotFile::FirstRobotFile(const std::filesystem::path& model) : guess_(std::make_unique<Guess>(model)) {}
+FirstRobotFile::~FirstRobotFile() = default;
+FirstRobotFile::FirstRobotFile(FirstRobotFile&&) noexcept = default;
+
+Gait FirstRobotFile::guessed_gait() const { return guess_->gait(); }
+
+std::string FirstRobotFile::yaml(const std::string& model, const Gait& gait,
+                                 const std::string& comment) const {
+  return guess_->yaml(model, gait, comment);
+}
 
 std::string first_robot_file(const std::filesystem::path& model, const std::string& written) {
-  return Guess(model).yaml(written);
+  const FirstRobotFile first(model);
+  return first.yaml(written, first.guessed_gait(), kGuessedGait);
 }
 
 }  // namespace sim::physics

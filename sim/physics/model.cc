@@ -55,7 +55,7 @@ void add_file(mjVFS& files, const std::string& name, const std::string& text) {
   std::memcpy(files.filedata[files.nfile - 1], text.data(), text.size());
 }
 
-std::array<char, 1000> last_warning{};
+thread_local std::array<char, 1000> last_warning{};  // MuJoCo calls back on the thread that steps
 
 }  // namespace
 

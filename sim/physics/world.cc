@@ -250,7 +250,6 @@ void World::place_held() {
 
 // The limit applies to a servo's whole torque. MuJoCo adds damping and added torque separately.
 void World::limit_torques() {
-  bool limited = false;
   for (int joint = 0; joint < model_->nu; ++joint) {
     const walking::Joint& limits = robot_.joints[static_cast<std::size_t>(joint)];
     if (std::isinf(limits.effort)) continue;
@@ -259,12 +258,15 @@ void World::limit_torques() {
         model_->actuator_gainprm[mjNGAIN * joint] * (data_->ctrl[joint] - data_->qpos[ids_.position[joint]]);
     const double torque = force - damping,
                  share = torque / (torque < 0 ? limits.lowest_effort : limits.effort);
-    limited |= share > 1;
-    if (share > largest_share_.value) largest_share_ = {std::min(share, 1.0), joint};
+    if (share > largest_share_.value) largest_share_ = {share, joint};
+    if (share > 1) {
+      ++limited_ms_[static_cast<std::size_t>(joint)];
+      at_limit_ |= std::ranges::any_of(
+          robot_.legs, [&](const walking::Leg& leg) { return std::ranges::count(leg.joints, joint) > 0; });
+    }
     mjtNum* const range = model_->actuator_forcerange + 2 * joint;
     range[0] = damping + limits.lowest_effort, range[1] = damping + limits.effort;
   }
-  at_limit_ = at_limit_ || limited;
 }
 
 std::optional<bool> World::torque_limited_since_last() {
@@ -314,7 +316,8 @@ void World::start_clock(std::vector<Push> pushes) {
   time_ = next_look_ = std::chrono::nanoseconds(0);
   data_->time = 0;
   at_limit_ = false;
-  largest_share_ = {0, 0};
+  largest_share_ = {};
+  std::ranges::fill(limited_ms_, 0);
   last_read_ = last_recorded_ = imu_state();
   soles_.since_last();
 }
@@ -372,9 +375,14 @@ std::string World::fall_text(const Eigen::Isometry3d& X_WB) const {
     if (now >= push.time_s && now < push.time_s + push.duration_s + kBlamed_s)
       text +=
           fmt::format(", {:.1f} s after the start of a push of {} N s", now - push.time_s, push.impulse_ns);
-  if (largest_share_.value > 0)
+  const auto longest = std::ranges::max_element(limited_ms_);
+  const auto name = [&](std::ptrdiff_t joint) { return robot_.joints[static_cast<std::size_t>(joint)].name; };
+  if (largest_share_.value > 1)
+    text += fmt::format(", {:.2f} s at a torque limit ({})", 1e-3 * *longest,
+                        name(longest - limited_ms_.begin()));
+  else if (largest_share_.value > 0)
     text += fmt::format(", at most {:.0f} % of a torque limit ({})", 1e2 * largest_share_.value,
-                        robot_.joints[static_cast<std::size_t>(largest_share_.joint)].name);
+                        name(largest_share_.joint));
   text += fmt::format(", floor friction {:.2f}", floor_friction_);
   return text;
 }

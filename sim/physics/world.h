@@ -144,8 +144,8 @@ class World {
   /// Load and creep of the left and the right sole since the last call (or the start).
   std::array<SoleContact, 2> sole_contacts_since_last() { return soles_.since_last(); }
 
-  /// Returns whether a joint's torque has been at its limit since the last call (or the start), or nothing if
-  /// the robot has no limits.
+  /// Returns whether the torque of a leg's joint has been at its limit since the last call (or the start), or
+  /// nothing if the robot has no limits.
   std::optional<bool> torque_limited_since_last();
 
   /// True poses in W. This is ground truth: only for the score, never for the filter, stabilizer or plan.
@@ -208,9 +208,11 @@ class World {
   struct {
     double value = 0;
     int joint = 0;
-  } largest_share_;                      // largest torque relative to its limit since the start
-  std::optional<LegLoads> leg_loads_;    // for robots without force sensors
-  Data by_encoders_;                     // work space of pose_by_encoders()
+  } largest_share_;  // largest torque relative to its limit since the start
+  std::vector<int> limited_ms_ =
+      std::vector<int>(robot_.joints.size());  // by joint: time with its torque at the limit since the start
+  std::optional<LegLoads> leg_loads_;          // for robots without force sensors
+  Data by_encoders_;                           // work space of pose_by_encoders()
   std::optional<Eigen::Matrix3d> R_HG_;  // a moved IMU in the chest's frame at the last sensor_readings()
   ImuState last_read_, last_recorded_;   // at the last call of sensor_readings() and imu_since_last()
 };

@@ -8,8 +8,8 @@ namespace {
 namespace fs = std::filesystem;
 using physics::RobotFile;
 
-constexpr const char *kFile = "robot.yaml", *kWalk = "walk", *kStabilizer = "stabilizer", *kSlam = "slam",
-                     *kFriction = "floor_friction";
+constexpr const char *kFile = "robot.yaml", *kWalk = "walk", *kSideways = "walk_sideways",
+                     *kStabilizer = "stabilizer", *kSlam = "slam", *kFriction = "floor_friction";
 constexpr std::array kSides{"right", "left"};  // as walking::Side
 
 /// Reads a robot's file; all functions throw ConfigError.
@@ -38,6 +38,7 @@ class RobotReader {
                 {"step", [this](const Yaml& node) { table("step", node, robot_.step); }},
                 {kFriction, no_key_of_the_robot},
                 {kWalk, no_key_of_the_robot},
+                {kSideways, no_key_of_the_robot},
                 {kStabilizer, no_key_of_the_robot},
                 {kSlam, no_key_of_the_robot}});
     for (const char* key : {"base", "head_camera", "imu", "legs", "feet", "servos"})
@@ -173,16 +174,17 @@ RobotFile read_robot(const fs::path& folder) {
 
 RobotFile read_robot(const Scenario& scenario) { return read_robot(robot_folder(scenario.world.robot)); }
 
-std::vector<std::pair<std::string, Yaml>> robot_defaults(const fs::path& folder) {
+std::vector<std::pair<std::string, Yaml>> robot_defaults(const fs::path& folder, walking::Gait gait) {
   std::vector<std::pair<std::string, Yaml>> all;
   std::error_code fault;
   if (!fs::is_regular_file(folder / kFile, fault)) return all;
   const Yaml root = parse_yaml_file(folder / kFile);
-  for (const char* section : {kWalk, kStabilizer, kSlam})
-    if (const Yaml* const node = root.find(section)) {
-      require_map(*node, section, "keys of a scenario and their values");
-      flatten(section, *node, all);
-    }
+  for (const char* section : {kSideways, kWalk, kStabilizer, kSlam}) {
+    const Yaml* const node = root.find(section);
+    if (!node || (section == kSideways && gait != walking::Gait::sideways)) continue;
+    require_map(*node, section, "keys of a scenario and their values");
+    flatten(section == kSideways ? kWalk : section, *node, all);
+  }
   if (const Yaml* const node = root.find(kFriction)) all.emplace_back("world.floor_friction", *node);
   return all;
 }

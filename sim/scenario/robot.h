@@ -19,7 +19,9 @@ physics::RobotFile read_robot(const std::filesystem::path& folder);
 physics::RobotFile read_robot(const Scenario& scenario);
 
 /// Returns the scenario keys that robot.yaml sets, with their values: keys below walk, stabilizer and slam,
-/// and world.floor_friction. A scenario may override them. Empty if the file does not exist.
-std::vector<std::pair<std::string, Yaml>> robot_defaults(const std::filesystem::path& folder);
+/// and world.floor_friction. A scenario may override them, and the first value of a key counts: for the
+/// sideways gait, that of walk_sideways. Empty if the file does not exist.
+std::vector<std::pair<std::string, Yaml>> robot_defaults(const std::filesystem::path& folder,
+                                                         walking::Gait gait);
 
 }  // namespace sim::scenario

@@ -194,7 +194,8 @@ class ScenarioReader {
 
   /// Reads the robot's values for keys that no file or argument has set.
   void read_robot_defaults() {
-    for (const auto& [path, value] : robot_defaults(robot_folder(result.scenario.world.robot))) {
+    for (const auto& [path, value] :
+         robot_defaults(robot_folder(result.scenario.world.robot), result.scenario.walk.gait)) {
       const bool noise =
           find_key(path) && (path.starts_with("slam.height.") || path.starts_with("slam.leg_odometry.") ||
                              path.starts_with("slam.plan_velocity."));

@@ -135,7 +135,7 @@ struct Run {
   bool steered = false;
   std::vector<FootRow> feet;      ///< of decompose_drift(); empty without feet
   std::vector<TrueForce> forces;  ///< at equal intervals; empty if unknown
-  /// Fraction of the ticks with a joint's torque at its limit; absent if the robot has no limits.
+  /// Fraction of the ticks with the torque of a leg's joint at its limit; absent if the robot has no limits.
   std::optional<double> torque_limited;
   /// X_WC while the estimator tracked, with the covariance as in pose_nees(); absent if the estimator was not
   /// run.

@@ -284,7 +284,7 @@ MetricDefinitions completion_metrics() {
            "Length of the true camera's path, from frame to frame, from the first planned motion.",
            Needs::walk, of_true_path(path_length), smallest, kHeadline},
           {"torque_limited_fraction", "1",
-           "Fraction of the walk's 5 ms ticks with a joint's torque at its limit.", Needs::walk,
+           "Fraction of the walk's 5 ms ticks with the torque of a leg's joint at its limit.", Needs::walk,
            [](C c) -> Value {
              if (!c.run.torque_limited) return Absent{"the robot has no torque limits"};
              return *c.run.torque_limited;

@@ -156,19 +156,36 @@ TEST_F(Cli, ARobotIsCheckedByItsFolderAndItsFirstFileIsNeverOverwritten) {
   const std::string hrp2 = GAITSLAM_SOURCE_DIR "/models/robots/hrp2";
   EXPECT_THAT(ok("robot check '" + hrp2 + "'"),
               Has("mass 56.868 kg, 30 joints with servos", "ok: the left leg reaches 100 %", "ok: stands 5 s",
-                  "ok: walks 8 steps in place"));
-  EXPECT_THAT(ok("robot init '" + hrp2 + "/robot.xml' --out mine"), Has("mine/robot.yaml: written"));
+                  "ok: walks 8 steps in place", "ok: walks 8 s to the left"));
+  EXPECT_THAT(ok("robot init '" + hrp2 + "/robot.xml' --no-search --out mine"),
+              Has("mine/robot.yaml: written"));
   const std::string first = text_of("mine/robot.yaml");
   EXPECT_THAT(first, Has("base: BODY", "# guess"));
-  EXPECT_THAT(gaitslam("robot init '" + hrp2 + "/robot.xml' --out mine").ends(2).err,
+  EXPECT_THAT(gaitslam("robot init '" + hrp2 + "/robot.xml' --no-search --out mine").ends(2).err,
               Has("mine/robot.yaml: already exists"));
   EXPECT_EQ(text_of("mine/robot.yaml"), first);
+  write("mine/robot.yaml",
+        std::regex_replace(first, std::regex("step_height_m: [0-9.]+"), "step_height_m: 0.005"));
+  EXPECT_THAT(gaitslam("robot check mine").ends(1).out,
+              Has("FAILED: walks 8 steps in place: the left foot left the floor and landed "));
   write("robot.xml", text_of(hrp2 + "/robot.xml"));
-  EXPECT_THAT(ok("robot init robot.xml"), Has("./robot.yaml: written", "robot check ."));
+  EXPECT_THAT(ok("robot init --no-search robot.xml"), Has("./robot.yaml: written", "robot check ."));
   write("leg.xml", "<mujoco><worldbody><body name='b'><geom size='1'/></body></worldbody></mujoco>");
   EXPECT_THAT(gaitslam("robot init leg.xml --out leg").ends(2).err,
               Has("leg.xml:1: body: 'b' is the base but has no free joint"));
   EXPECT_THAT(gaitslam("robot check leg.xml").ends(2).err, Has("expected a folder with robot.yaml"));
+}
+
+using LongRobotInit = Cli;
+
+TEST_F(LongRobotInit, FindsAGaitThatArrivesAndTheSameOneWithTheSameSeed) {
+  const std::string init = "robot init '" GAITSLAM_SOURCE_DIR "/models/robots/g1/robot.xml' --out ";
+  ok(init + "first");
+  ok(init + "again");
+  const std::string file = text_of("first/robot.yaml");
+  EXPECT_EQ(text_of("again/robot.yaml"), file);
+  EXPECT_THAT(file, Has("# found by walking: arrives at the end of 18 of 18 short walks"));
+  EXPECT_THAT(ok("robot check first"), Has("ok: walks 8 s back", "ok: walks 8 s turning right"));
 }
 
 TEST_F(Cli, APlanThroughFurnitureIsRejectedByEachCommandThatWouldWalkIt) {

@@ -4,6 +4,8 @@
 #include "sim/live/run.h"
 #include "sim/physics/adapted.h"
 #include "tools/cli/commands.h"
+#include "tools/cli/gait_search.h"
+#include "tools/cli/jobs/progress.h"
 #include "tools/cli/shared/options.h"
 
 namespace cli {
@@ -16,7 +18,7 @@ constexpr const char* kRobotExamples = R"(Examples:
 See "Your own robot in an hour" in models/README.md.)";
 constexpr const char* kRobotCheckExamples = R"(Examples:
   gaitslam robot check models/robots/hrp2
-Exit codes: 0 the robot stands and walks in place; 1 it does not; 2 it cannot be read.)";
+Exit codes: 0 the robot stands and walks where it is sent; 1 it does not; 2 it cannot be read.)";
 
 constexpr const char* kWalkerExamples = R"(Example:
   gaitslam run scenarios/tangent_circle.yaml 'walk.controller={program: [tools/gaitslam, walker]}'
@@ -31,6 +33,8 @@ int answer_messages(WalkerRequest&) { return live::run_plan_program(); }
 struct RobotRequest {
   fs::path robot;
   std::optional<fs::path> out;
+  bool no_search = false;
+  GaitSearch search;
 };
 
 int check_one(RobotRequest& request) {
@@ -47,10 +51,20 @@ int write_first(RobotRequest& request) {
   if (folder.empty()) folder = ".";
   const fs::path file = folder / "robot.yaml";
   if (fs::exists(file)) throw files::FileError(file, "already exists and is not overwritten");
-  const std::string text =
-      physics::first_robot_file(request.robot, fs::proximate(request.robot, folder).string());
-  fs::create_directories(folder);
-  files::write_atomically(file, text);
+  const std::string model = fs::proximate(request.robot, folder).string();
+  const auto write = [&](const std::string& text) {
+    fs::create_directories(folder);
+    files::write_atomically(file, text);
+  };
+  if (request.no_search) {
+    write(physics::first_robot_file(request.robot, model));
+  } else {
+    const OnInterrupt on_interrupt(
+        fmt::format("{} has the best gait so far; to search again, first move it away", file.string()));
+    ProgressLine progress("search the gait");
+    search_gait(request.robot, model, request.search, write,
+                [&](double part, const std::string& at) { progress.show(part, at); });
+  }
   std::cout << file.string() << ": written; review each guess, then run gaitslam robot check "
             << files::shell_word(folder.string()) << '\n';
   return 0;
@@ -64,14 +78,18 @@ void add_robot(CLI::App& app, int& exit_code) {
   command.require_subcommand(1);
   command.footer(kRobotExamples);
   auto [checker, check_request] = add_command(
-      command, exit_code, "check", "Print what is read from a robot; make it stand 5 s and walk in place",
+      command, exit_code, "check",
+      "Print what is read from a robot; make it stand 5 s and walk in place and in each direction",
       kRobotCheckExamples, check_one);
   checker.add_option("robot", check_request.robot, "folder with robot.yaml")->required();
-  auto [writer, init_request] =
-      add_command(command, exit_code, "init",
-                  "Write a first robot.yaml with guessed feet, legs, base, chest and head", "", write_first);
+  auto [writer, init_request] = add_command(
+      command, exit_code, "init",
+      "Write a first robot.yaml: guess feet, legs, base, chest and head, and search for a gait by walking",
+      "", write_first);
   writer.add_option("model", init_request.robot, "model file, MJCF or URDF")->required();
   writer.add_option("--out", init_request.out, "folder for robot.yaml (default: the model's folder)");
+  writer.add_flag("--no-search", init_request.no_search, "guess the gait without walking");
+  writer.add_option("--seed", init_request.search.seed, "seed of the search (default: 1)");
 }
 
 void add_walker(CLI::App& app, int& exit_code) {

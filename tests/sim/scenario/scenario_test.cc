@@ -294,6 +294,19 @@ TEST_F(Base, ARobotsBaseSetsDefaultsOfItsWalkAndMotionNoises) {
   }
 }
 
+TEST_F(Base, TheSidewaysGaitOfARobotReplacesItsUsualOne) {
+  file("robot/robot.yaml",
+       "walk: {step_height_m: 0.05, step_length_m: 0.1}\nwalk_sideways: {step_length_m: 0.06}\n");
+  const auto walk = [&](const std::string& keys) {
+    return read_text(kAll + "world.robot: " + path("robot") + "\n" + keys).scenario.walk;
+  };
+  EXPECT_EQ(walk("").step_length_m, 0.1);
+  const walking::WalkOptions sideways = walk("walk.gait: sideways\n");
+  EXPECT_EQ(sideways.step_length_m, 0.06);
+  EXPECT_EQ(sideways.step_height_m, 0.05);
+  EXPECT_EQ(walk("walk.gait: sideways\nwalk.step_length_m: 0.2\n").step_length_m, 0.2);
+}
+
 TEST_F(Overlay, IsReadAsStrictlyAsAScenario) {
   const std::string s = file("s.yaml", kAll);
   for (const auto& [overlay, problem] :
