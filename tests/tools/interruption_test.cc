@@ -128,6 +128,21 @@ TEST_F(Interruption, TheSecondOfTwoCommandsOnOneFolderIsRefused) {
   EXPECT_THAT(ran.err, Has("h: another process is writing there; wait for it, or choose another folder"));
 }
 
+TEST_F(Interruption, ReportsWhatIsKept) {
+  const std::string seeds = kBlind + "--seeds 1..50 --out h";
+  EXPECT_THAT(
+      ended_when("[ -e h/.seed-1.partial ]", "INT", seeds).err,
+      Has("gaitslam: interrupted: finished results are kept in h; to resume:\n  " GAITSLAM_PROGRAM " " +
+          seeds + "\n"));
+  const Ran one = ended_when("[ -e k/.seed-1.partial ]", "INT", std::string(kLong) + "--out k");
+  EXPECT_THAT(one.err, Has("gaitslam: interrupted: this run leaves no result; earlier results in k are"));
+  EXPECT_EQ(one.exit_code, 130);
+  EXPECT_THAT(ended_when("[ -e s/trials.jsonl ]", "TERM",
+                         "sweep walk.yaml 'slam.vision.sigma_px={from: 1, to: 3, points: 50}' --out s")
+                  .err,
+              Has("finished results are kept in s; to resume"));
+}
+
 class OwnFiles : public CommandLine {
  protected:
   OwnFiles() { write("walk.yaml", kStand); }

@@ -145,6 +145,7 @@ int video(VideoRequest& request) {
   const view::RobotView robot_view =
       view::robot_from_outside(scenario, request.result / "recording", standard_models());
   Encoder encoder(file, input.setup().camera_rate_hz);
+  const OnInterrupt on_interrupt("nothing was written; rerun the command");
   ProgressLine progress("video of " + request.result.string());
   while (auto observation = input.next()) {
     tracking.step(*observation);

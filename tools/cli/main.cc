@@ -89,6 +89,7 @@ std::string suggested_option(const CLI::App& app) {
 }
 
 int run_program(int argc, char** argv) {
+  cli::remember_command(argc, argv);
   CLI::App app(kDescription, "gaitslam");
   int exit_code = 0;
   app.formatter(std::make_shared<Formatter>());

@@ -140,6 +140,7 @@ int make_report(ReportRequest& request) {
   require_new_file(*request.out, request.force);
   if (const fs::path kind = fs::path(*request.out).extension(); kind != ".html" && kind != ".htm")
     throw UsageError("--out {}: expected a name ending in .html; --plots writes pictures", *request.out);
+  const OnInterrupt on_interrupt("nothing was written; rerun the command");
   {
     ProgressLine progress("report");
     const fs::path first = request.results.front();

@@ -179,6 +179,8 @@ int record(RecordRequest& request) {
   join_batch(request.batch, &read);
   const Recordings recordings(standard_models());
   if (request.seeds) check_start(read, standard_models());  // once, so that errors name the file
+  const OnInterrupt on_interrupt(fmt::format("finished recordings are kept in {}; to make the others",
+                                             recordings.place().folder.string()));
   if (request.seeds) return record_seeds(read, request, recordings);
   ProgressLine progress(fmt::format("{} seed {}", read.scenario.name, read.scenario.seed));
   const auto recording = recordings.get(read, [&](double part) { progress.show(part); });

@@ -13,6 +13,15 @@ bool contains(const fs::path& folder, const fs::path& path) {
   return std::mismatch(above.begin(), above.end(), below.begin(), below.end()).first == above.end();
 }
 
+std::string kept_text(const fs::path& path, OutUse use) {
+  const char* const kept =
+      use == OutUse::result ? "nothing was written, {} is unchanged; to start over"
+      : use == OutUse::adds_result
+          ? "this run leaves no result; earlier results in {} are unchanged; to start over"
+          : "finished results are kept in {}; to resume";
+  return fmt::format(fmt::runtime(kept), path.string());
+}
+
 }  // namespace
 
 void add_out(CLI::App& command, OutRequest& request) {
@@ -51,7 +60,7 @@ void require_new_result(const fs::path& folder, bool force) {
 }
 
 OutFolder::OutFolder(const OutRequest& request, const fs::path& standard, OutUse use)
-    : path_(request.out ? fs::path(*request.out) : standard) {
+    : path_(request.out ? fs::path(*request.out) : standard), on_interrupt_(kept_text(path_, use)) {
   if (path_.empty()) throw UsageError("--out: is empty, expected a folder for results");
   std::error_code fault;
   existing_ = fs::absolute(path_);

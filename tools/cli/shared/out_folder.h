@@ -47,6 +47,7 @@ class OutFolder {
  private:
   fs::path path_, existing_;
   std::optional<files::FileLock> lock_;
+  OnInterrupt on_interrupt_;
 };
 
 /// Prints the --json document (schemas/outcome.schema.json): exit code, folder and details.

@@ -1,14 +1,39 @@
 #include "tools/cli/shared/terminal.h"
 
+#include <signal.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <array>
 #include <cstdlib>
 #include <iostream>
+
+#include "sim/files/text.h"
 
 namespace cli {
 namespace {
 
 Output chosen = Output::text;
+std::string typed_command = "gaitslam";
+
+// Filled before the handler is installed, because the handler may call only async-signal-safe functions.
+std::array<char, 8192> text_at_interrupt;
+volatile sig_atomic_t text_bytes = 0;
+
+extern "C" void print_and_end(int signal_number) {
+  [[maybe_unused]] const ssize_t n =
+      ::write(STDERR_FILENO, text_at_interrupt.data(), static_cast<std::size_t>(text_bytes));
+  ::signal(signal_number, SIG_DFL);
+  ::raise(signal_number);  // ends the process when this handler returns
+}
+
+// Replaces the handler `from` with `to`, but does not touch signals that are ignored, for example by nohup.
+void exchange_handlers(void (*from)(int), void (*to)(int)) {
+  for (const int signal_number : {SIGINT, SIGTERM, SIGHUP}) {
+    struct sigaction now {};
+    if (::sigaction(signal_number, nullptr, &now) == 0 && now.sa_handler == from) ::signal(signal_number, to);
+  }
+}
 
 }  // namespace
 
@@ -30,5 +55,22 @@ bool colors() {
   const char* const unwanted = std::getenv("NO_COLOR");
   return can_redraw(STDOUT_FILENO) && (!unwanted || *unwanted == '\0');
 }
+
+void remember_command(int argc, char** argv) {
+  const char* const launcher = std::getenv("GAITSLAM_TYPED_AS");  // set by tools/gaitslam
+  typed_command = files::shell_word(launcher ? launcher : argv[0]);
+  for (int i = 1; i < argc; ++i) typed_command += " " + files::shell_word(argv[i]);
+}
+
+OnInterrupt::OnInterrupt(const std::string& kept) {
+  const std::string text = fmt::format("{}gaitslam: interrupted: {}:\n  {}\n",
+                                       isatty(STDERR_FILENO) == 1 ? "\n" : "", kept, typed_command);
+  const std::size_t bytes = std::min(text.size(), text_at_interrupt.size());
+  std::copy_n(text.begin(), bytes, text_at_interrupt.begin());
+  text_bytes = static_cast<sig_atomic_t>(bytes);
+  exchange_handlers(SIG_DFL, print_and_end);
+}
+
+OnInterrupt::~OnInterrupt() { exchange_handlers(print_and_end, SIG_DFL); }
 
 }  // namespace cli

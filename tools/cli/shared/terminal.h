@@ -1,4 +1,4 @@
-// Usage errors, the chosen output, and colors.
+// Usage errors, the chosen output, colors, and the message printed on interruption.
 #pragma once
 
 #include <fmt/format.h>
@@ -44,5 +44,19 @@ std::ostream& text_out();
 bool can_redraw(int stream);
 /// Returns whether standard output is a terminal with colors and NO_COLOR is not set.
 bool colors();
+
+/// Stores the command line as the user typed it; called by main.
+void remember_command(int argc, char** argv);
+
+/// While an object lives, SIGINT (Ctrl-C), SIGTERM and SIGHUP print what the command keeps and the command
+/// line that resumes it, and then end the process as usual. Only one object may exist at a time.
+class OnInterrupt {
+ public:
+  /// kept: says what is kept, and what the command line printed after it does.
+  explicit OnInterrupt(const std::string& kept);
+  ~OnInterrupt();
+  OnInterrupt(const OnInterrupt&) = delete;
+  OnInterrupt& operator=(const OnInterrupt&) = delete;
+};
 
 }  // namespace cli
