@@ -365,7 +365,9 @@ function comparison() {
     bottom: bottom('[data-figure=distance]') <= innerHeight,
     table: bottom('.changes tr:nth-child(5)') <= footer,
     visible: scene.beliefs.map(({path: line}) => line.object.visible),
-    marks: moments.partings
+    columns: scene.columns,
+    marks: moments.partings,
+    hash: location.hash
   };
 }
 
@@ -399,7 +401,24 @@ function pickInBoth() {
   landmarks.pick({run: 0, id: maps[0][0][0]});
   const [p, q] = maps.map((map, i) => map.find(([id]) => id === panes[i].picked)?.[1]);
   const apart = Math.hypot(p[0] - q[0], p[1] - q[1], p[2] - q[2]);
-  return {apart, text: landmarks.text.textContent};
+  return {apart, text: landmarks.text.textContent, said: landmarks.inCommon.textContent};
+}
+
+/// The fraction of pixels that differ between the two halves of the split scene.
+function differenceOfHalves() {
+  const {scene} = gaitslamPage,
+    source = scene.renderer.domElement,
+    canvas = document.createElement('canvas');
+  scene.render();
+  Object.assign(canvas, {width: source.width, height: source.height});
+  const context = canvas.getContext('2d', {willReadFrequently: true});
+  context.drawImage(source, 0, 0);
+  const half = Math.floor(canvas.width / 2);
+  const [a, b] = [0, half].map((x) => context.getImageData(x, 0, half, canvas.height).data);
+  let count = 0;
+  for (let i = 0; i < a.length; i += 4)
+    if (Math.abs(a[i] - b[i]) + Math.abs(a[i + 1] - b[i + 1]) + Math.abs(a[i + 2] - b[i + 2]) > 60) ++count;
+  return (4 * count) / a.length;
 }
 
 async function compare(browser, url) {
@@ -424,7 +443,10 @@ async function compare(browser, url) {
   });
   await click(browser, '[data-strip=nis_vision]');
   const nis = await browser.call(() => document.querySelectorAll('[data-figure=nis_vision] .line').length);
+  await browser.press('v', 86);
+  const differs = await browser.call(differenceOfHalves);
   await click(browser, '[data-layer=estimate1]');
+  await browser.call(() => gaitslamPage.setMode('orbit'));
   await browser.rest(500);
   const hidden = await browser.call(comparison);
   await browser.send('Page.reload');
@@ -439,7 +461,7 @@ async function compare(browser, url) {
     );
     return Math.max(...heights);
   });
-  const found = {table, sorted, worst, marked, image, places, beyond, nis, hidden, again};
+  const found = {table, sorted, worst, marked, image, places, beyond, nis, differs, hidden, again};
   return {...found, width_at_400, covered_at_400, said: browser.said};
 }
 

@@ -197,9 +197,15 @@ TEST_F(ViewTest, TwoRunsAreComparedInOneSceneAndTheirDivergenceIsMarked) {
   EXPECT_LT(found["places"]["apart"], 0.1);
   EXPECT_THAT(found["places"]["text"].get<std::string>(),
               ContainsRegex("A: landmark .* at the same place: B: landmark "));
+  EXPECT_THAT(found["places"]["said"].get<std::string>(), ContainsRegex("matched by place .*[0-9]+ in both"));
   EXPECT_EQ(found["nis"], 2) << "a figure on demand has a line of each run";
+  EXPECT_EQ(found["hidden"]["columns"], 2) << "a key splits the scene";
+  EXPECT_GT(found["differs"], 0) << "each view has its own run";
+  EXPECT_LT(found["differs"], 0.1) << "and the same camera";
   EXPECT_EQ(found["hidden"]["visible"], (json{true, false}));
-  EXPECT_NEAR(found["again"]["t"], found["hidden"]["t"], 0.01) << "the address holds the time";
+  EXPECT_EQ(found["again"]["visible"], found["hidden"]["visible"]) << "the address holds the layers";
+  EXPECT_NEAR(found["again"]["t"], found["hidden"]["t"], 0.01);
+  EXPECT_EQ(found["again"]["hash"], found["hidden"]["hash"]);
   EXPECT_LE(found["width_at_400"], 400);
   EXPECT_THAT(found["said"], IsEmpty());
 }

@@ -1,16 +1,29 @@
-// The time in the page's URL, after '#'.
+// The part of the page's URL after '#': time, view, hidden layers and figures, and zoom.
 
 const kLeast_ms = 250; // browsers ignore more frequent changes
 
-/// NaN without a time.
-export const timeInAddress = () => parseFloat(new URLSearchParams(location.hash.slice(1)).get('t'));
+/// What the URL states. t: NaN if it has no time; strips: hidden figures, null if not stated.
+export function readAddress() {
+  const values = new URLSearchParams(location.hash.slice(1));
+  const list = (name) => (values.get(name) ?? '').split(',').filter(Boolean);
+  const zoom = list('zoom').map(Number);
+  return {
+    t: parseFloat(values.get('t')),
+    view: values.get('view'),
+    hide: list('hide'),
+    strips: values.has('t') ? list('strips') : null,
+    split: values.has('split'),
+    zoom: zoom.length === 2 && zoom[0] < zoom[1] ? zoom : null
+  };
+}
 
-/// Returns a function that soon writes what time() returns at that time.
-export function addressWriter(time) {
+/// Returns a function that soon writes what values() returns at that time: by name, without empty ones.
+export function addressWriter(values) {
   let timer = null;
   const write = () => {
     timer = null;
-    history.replaceState(null, '', `#t=${time().toFixed(2)}`);
+    const parts = Object.entries(values()).filter(([, value]) => value);
+    history.replaceState(null, '', `#${parts.map(([name, value]) => `${name}=${value}`).join('&')}`);
   };
   return () => {
     timer ??= setTimeout(write, kLeast_ms);

@@ -198,6 +198,7 @@ export function timeLine(runs, marks, width) {
 const kLongest_s = 1,
   kSame_m = 1e-6,
   kSamePlace_m = 0.1;
+const outcomes = (frame) => new Map((frame.searches ?? []).map((search) => [search[0], search[6]]));
 const between = (p, q) => Math.hypot(p[0] - q[0], p[1] - q[1], p[2] - q[2]);
 
 /// The landmarks of two maps that are each other's nearest and within a decimeter, as a map from the number
@@ -217,8 +218,8 @@ export function matched(a, b) {
 }
 const apart = (p, q) => p && q && between(p, q) > kSame_m;
 
-/// The times at which the second run differs from the first: [{t, kind, text}]. Estimates are compared if both
-/// used one recording.
+/// The times at which the second run differs from the first: [{t, kind, text}]. Landmarks and estimates are
+/// compared if both used one recording.
 export function partings([a, b]) {
   const found = [],
     rows = rowsOf(a.series, b.series);
@@ -237,9 +238,20 @@ export function partings([a, b]) {
     break;
   }
   if (!a.run.about.recording || a.run.about.recording !== b.run.about.recording) return found;
-  const changed = b.run.frames.find(({t, estimate}) =>
-    apart(a.run.frames[a.run.indexAt(t)]?.estimate, estimate)
-  );
-  if (changed) found.push({t: changed.t, kind: 'parting', text: 'first difference between the estimates'});
+  const pairs = b.run.frames
+    .map((frame) => [a.run.frames[a.run.indexAt(frame.t)], frame])
+    .filter(([first]) => first);
+  const first = (text, differs) => {
+    const pair = pairs.find(differs);
+    if (pair) found.push({t: pair[1].t, kind: 'parting', text});
+  };
+  first('first difference between the estimates', ([p, q]) => apart(p.estimate, q.estimate));
+  const mapOf = ({run}, {t}) => run.mapAt(run.indexAt(t));
+  first('first search with a different outcome', ([p, q]) => {
+    const [of, other] = [outcomes(p), outcomes(q)];
+    return [...matched(mapOf(a, p), mapOf(b, q))].some(
+      ([id, same]) => of.has(id) && other.has(same) && of.get(id) !== other.get(same)
+    );
+  });
   return found;
 }

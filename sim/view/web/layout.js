@@ -79,7 +79,7 @@ export function changesTable({titles, rows}, panes, go) {
 
 /// The controls below the scene. page: what they act on.
 export function controls(page) {
-  const {player} = page;
+  const {player, scene} = page;
   const all = {
     play: button('', 'space', () => player.toggle()),
     slider: element('input', {
@@ -96,7 +96,12 @@ export function controls(page) {
     speeds: choice('f: full speed, 1: real time, 4: a quarter', kSpeeds, (value) => page.setSpeed(+value), {
       'aria-label': 'speed'
     }),
-    views: choice('r, o, c', kViews, (value) => page.setMode(value), {'aria-label': 'view'})
+    views: choice('r, o, c', kViews, (value) => page.setMode(value), {'aria-label': 'view'}),
+    split:
+      page.panes.length > 1
+        ? button('split', 'v: one view per run, moved together', () => page.setSplit(!scene.isSplit))
+        : null,
+    save: button('save picture', 's: save the scene as PNG', () => page.savePicture())
   };
   all.speeds.value = player.live ? 0 : 1;
   if (player.live && !player.control) {
@@ -113,13 +118,15 @@ export function build(page) {
   const {about, panes, scene, landmarks, plots, player} = page;
   const several = panes.length > 1,
     heads = panes.filter(({first}) => !first).length;
+  const names = panes.map(({name, role}) => element('b', {class: `role-${role}`}, element('span', {}, name)));
+  scene.element.append(element('div', {class: 'names', 'aria-hidden': 'true'}, names));
   const title = titleOf(about.runs),
     legend = layerLegend(panes, (name, on) => page.setLayer(name, on));
   const views = element(
     'div',
     {class: `views${several ? ' several' : ''}`},
     several ? changesTable(about.changes, panes, (t) => player.go(t)) : null,
-    element('figure', {class: 'space'}, scene.element, legend, landmarks.text),
+    element('figure', {class: 'space'}, scene.element, legend, landmarks.text, landmarks.inCommon),
     element(
       'figure',
       {class: `head heads-${heads}`},

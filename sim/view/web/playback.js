@@ -1,6 +1,6 @@
 // Loads a finished result, or several.
 import {partings, Series} from './compare.js';
-import {timeInAddress} from './address.js';
+import {readAddress} from './address.js';
 import {drawnOnce, loadPictures} from './model.js';
 import {getBytes, getJson} from './source.js';
 
@@ -36,7 +36,7 @@ async function showFirst(page, first, model, images) {
 /// Frames arrive in pieces, in order; the time in the URL is shown as soon as its frames are available.
 export async function playBack(page, first, model) {
   const {panes, player} = page,
-    wanted = timeInAddress();
+    wanted = readAddress().t;
   const shown = panes.filter((pane) => !pane.first && pane.run.about.camera);
   const images = shown.map((pane) => pane.images.at(0).catch(() => null));
   let isThere = false,
@@ -44,16 +44,13 @@ export async function playBack(page, first, model) {
   for (let piece = 0; panes.some(({run}) => piece < run.about.pieces); ++piece) {
     await appendPiece(panes, piece, first);
     if (piece === 0) pictures = await showFirst(page, first, model, images);
-    if (!isThere && player.t === 0 && wanted <= player.duration) {
-      player.go(wanted);
-      isThere = true;
-    }
+    if (!isThere && player.t === 0 && wanted <= player.duration) isThere = page.goToAddress();
   }
   if (panes.length > 1) {
     page.moments.partings = partings(panes);
     page.drawFigures();
   }
-  if (!isThere && player.t === 0) player.go(wanted);
+  if (!isThere && player.t === 0) page.goToAddress();
   player.show(player.t);
   page.dataset.ready = 'true';
   await pictures;

@@ -7,10 +7,11 @@ const kMargin_px = 28,
   kLeast_px = 320;
 
 export class Plots {
-  /// go(t, goesOn): goes to a time; time(): the displayed one.
-  constructor(panes, {go, time}) {
+  /// go(t, goesOn): goes to a time; changed(): which figures are shown, or their zoom, changed; time(): the
+  /// displayed one.
+  constructor(panes, {go, changed, time}) {
     this.panes = panes;
-    this.callbacks = {go, time};
+    this.callbacks = {go, changed, time};
     this.hidden = new Set(kOnDemand);
     this.figures = [];
     this.timeLine = element('div', {class: 'timeline'});
@@ -35,13 +36,7 @@ export class Plots {
     this.names.replaceChildren('Figures: ', ...known(runs).map((name) => this.switchOf(name)));
     this.timeLine.replaceChildren(...(line ? [line.holder] : []));
     this.strips.replaceChildren(...strips.map(({holder}) => holder));
-    follow(
-      this.figures,
-      this.callbacks.go,
-      () => this.show(),
-      () => {},
-      true
-    );
+    follow(this.figures, this.callbacks.go, () => this.show(), this.callbacks.changed, true);
     if (zoomed && keepsZoom) this.zoom(...zoomed);
     this.show();
   }
@@ -58,6 +53,7 @@ export class Plots {
   toggle(name) {
     if (!this.hidden.delete(name)) this.hidden.add(name);
     this.draw({isAsked: true});
+    this.callbacks.changed();
   }
 
   zoom(low, high) {

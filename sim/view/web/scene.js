@@ -271,16 +271,18 @@ export class Scene {
     this.frustum = frustum('truth', camera);
     this.landed = new GrowingLine('landed', THREE.LineSegments);
     this.planned = new GrowingLine('plan', THREE.LineSegments);
-    this.scene.add(
+    this.walk = new THREE.Group(); // the walk of the first run and of those on the same recording
+    this.walk.add(
       ...[...Object.values(this.paths), this.landed, this.planned].map(({object}) => object),
-      this.frustum,
-      ...this.beliefs.map(({group}) => group)
+      this.frustum
     );
+    this.scene.add(this.walk, ...this.beliefs.map(({group}) => group));
     this.support = lineOf('first', THREE.LineLoop);
-    this.scene.add(this.support);
+    this.walk.add(this.support);
     this.zmp = this.add(
       new THREE.Mesh(new THREE.SphereGeometry(0.012, 12, 8), new THREE.MeshBasicMaterial()),
-      'bad'
+      'bad',
+      this.walk
     );
     this.mark = this.add(new THREE.Mesh(kSphere, translucent('plan', 0.6)));
     this.mark.scale.setScalar(kPicked_m);
@@ -296,8 +298,8 @@ export class Scene {
     this.paint();
   }
 
-  add(object, role = null) {
-    this.scene.add(roled(object, role));
+  add(object, role = null, group = this.scene) {
+    group.add(roled(object, role));
     return object;
   }
 
@@ -395,17 +397,20 @@ export class Scene {
 
   /// The run and the landmark drawn at a position on the page; null: none.
   pick({clientX, clientY}) {
-    const {left, top, width, height} = this.element.getBoundingClientRect(),
-      at = new THREE.Vector3();
+    const {left, top, width: whole, height} = this.element.getBoundingClientRect(),
+      at = new THREE.Vector3(),
+      width = whole / this.columns;
     let best = null,
       nearest = kPick_px;
     this.beliefs.forEach(({landmarks}, run) =>
       landmarks.forEach(([id, p]) => {
         at.set(...p).project(this.mode === 'head' ? this.head : this.camera);
-        const far = Math.hypot(
-          left + ((at.x + 1) / 2) * width - clientX,
-          top + ((1 - at.y) / 2) * height - clientY
-        );
+        const begin = left + (this.isSplit ? run * width : 0),
+          px = ((at.x + 1) / 2) * width;
+        const far =
+          px < 0 || px > width
+            ? Infinity
+            : Math.hypot(begin + px - clientX, top + ((1 - at.y) / 2) * height - clientY);
         if (!this.hidden.has(`map${run}`) && at.z < 1 && far < nearest) [best, nearest] = [{run, id}, far];
       })
     );
@@ -439,7 +444,9 @@ export class Scene {
         new THREE.Points(
           new THREE.BufferGeometry(),
           new THREE.PointsMaterial({size: 3, sizeAttenuation: false, vertexColors: THREE.VertexColors})
-        )
+        ),
+        null,
+        this.walk
       );
       this.sweeps.set(name, sweep);
     }
@@ -476,6 +483,10 @@ export class Scene {
       this.controls.target.copy(target);
       this.camera.lookAt(target);
     }
+    this.lookThrough(pose);
+  }
+
+  lookThrough(pose) {
     place(this.head, pose);
     this.head.quaternion.multiply(new THREE.Quaternion(1, 0, 0, 0)); // three.js looks along -z with y up
   }
@@ -485,6 +496,17 @@ export class Scene {
     this.mode = mode;
     this.resize();
     this.show(index);
+  }
+
+  /// Shows one view per run, side by side with the same camera, or a single one of all runs.
+  setSplit(isSplit) {
+    this.isSplit = isSplit && this.beliefs.length > 1;
+    this.element.classList.toggle('split', this.isSplit);
+    this.resize();
+  }
+
+  get columns() {
+    return this.isSplit ? this.beliefs.length : 1;
   }
 
   /// Arrow keys rotate the view about its target; + and - zoom.
@@ -519,18 +541,19 @@ export class Scene {
     if (!this.isCompiled) this.renderer.compile(this.scene, this.camera);
     this.isCompiled = true;
     const {camera} = this.run,
-      aspect = width / height,
+      column = width / this.columns,
+      aspect = column / height,
       half = Math.max(camera.height / 2 / camera.fv, camera.width / 2 / camera.fu / aspect);
     this.camera.aspect = aspect;
     this.head.fov = (2 * Math.atan(half) * 180) / Math.PI;
     // Page pixels per image pixel; the optical axis is off the image center.
     const scale = height / 2 / half / camera.fv;
     this.head.setViewOffset(
-      width,
+      column,
       height,
       scale * ((camera.width - 1) / 2 - camera.u0),
       scale * ((camera.height - 1) / 2 - camera.v0),
-      width,
+      column,
       height
     );
     this.camera.updateProjectionMatrix();
@@ -545,6 +568,21 @@ export class Scene {
   render() {
     this.drawing = null;
     if (this.isWaiting) return;
-    this.renderer.render(this.scene, this.mode === 'head' ? this.head : this.camera);
+    const {columns, renderer} = this,
+      {x, y: height} = renderer.getSize(new THREE.Vector2()),
+      width = x / columns;
+    renderer.setScissorTest(columns > 1);
+    for (let column = 0; column < columns; ++column) {
+      this.walk.visible = columns === 1 || !this.beliefs[column].truth;
+      this.beliefs.forEach(({group, frame}, run) => {
+        group.visible = columns === 1 || run === column;
+        if (columns === 1 || run !== column || !frame) return;
+        this.poseRobot(frame);
+        if (frame.truth ?? frame.estimate) this.lookThrough(frame.truth ?? frame.estimate);
+      });
+      renderer.setViewport(column * width, 0, width, height);
+      renderer.setScissor(column * width, 0, width, height);
+      renderer.render(this.scene, this.mode === 'head' ? this.head : this.camera);
+    }
   }
 }

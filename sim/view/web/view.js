@@ -1,7 +1,7 @@
 // The page: one scene and one timeline for all runs, the images of each run, time plots, and keyboard
 // control.
 import {element} from '../../pages/web/dom.js';
-import {addressWriter, timeInAddress} from './address.js';
+import {addressWriter, readAddress} from './address.js';
 import {Landmarks} from './landmarks.js';
 import {build, controls} from './layout.js';
 import {followLive} from './live.js';
@@ -20,9 +20,9 @@ const kLetters = 'ABCD'; // names of the runs if there are several
 const kPerSecond = 30; // frames that an arrow with shift moves
 const kKeys =
   'space: play or pause · arrows, . and ,: one frame, with shift one second · [ and ]: previous and next ' +
-  'mark · home, end · f, 1, 4: speed · r, o, c: follow, stay, through the camera · in a figure: ' +
-  'click or drag to go to a time, wheel to zoom (above the timeline: Ctrl and wheel), double-click to show ' +
-  'everything, click a name in a legend to hide its line';
+  'mark · home, end · f, 1, 4: speed · r, o, c: follow, stay, through the camera · v: one view per run · ' +
+  's: save the scene as PNG · in a figure: click or drag to go to a time, wheel to zoom (above the ' +
+  'timeline: Ctrl and wheel), double-click to show everything, click a name in a legend to hide its line';
 
 /// The seed and the variant that distinguish each run from the others.
 function differencesOf(runs) {
@@ -68,15 +68,16 @@ class Page {
     this.moments = new Moments(this.panes, (t) => this.player.go(t));
     this.plots = new Plots(this.panes, {
       go: (t, goesOn) => this.player.go(t, goesOn),
+      changed: () => this.writeAddress(),
       time: () => this.player.t
     });
     this.note = element('span', {class: 'soft', role: 'status'});
     this.controls = controls(this);
-    this.writeAddress = addressWriter(() => this.player.t);
+    this.writeAddress = addressWriter(() => this.addressValues());
     build(this);
     this.sayPlay();
     addEventListener('keydown', (event) => this.press(event));
-    addEventListener('hashchange', () => this.player.go(timeInAddress()));
+    addEventListener('hashchange', () => this.goToAddress());
     matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => {
       this.scene.paint();
       this.player.show(this.player.t);
@@ -117,6 +118,7 @@ class Page {
     this.scene.hidden[on ? 'delete' : 'add'](name);
     document.querySelector(`[data-layer=${name}]`)?.setAttribute('aria-pressed', on);
     this.player.show(this.player.t);
+    this.writeAddress();
   }
 
   setSpeed(speed) {
@@ -130,6 +132,50 @@ class Page {
     this.scene.setMode(mode, Math.max(0, this.panes[0].index));
     if (mode === 'head')
       this.note.textContent = 'The scene is drawn without the lens distortion that the image next to it has.';
+    if (this.dataset.ready) this.writeAddress();
+  }
+
+  setSplit(isSplit) {
+    this.scene.setSplit(isSplit);
+    this.controls.split?.setAttribute('aria-pressed', Boolean(this.scene.isSplit));
+    this.writeAddress();
+  }
+
+  savePicture() {
+    this.scene.render();
+    this.scene.renderer?.domElement.toBlob((blob) => {
+      const href = URL.createObjectURL(blob);
+      element('a', {href, download: `gaitslam-${this.player.t.toFixed(2)}s.png`}).click();
+      URL.revokeObjectURL(href);
+    });
+  }
+
+  addressValues() {
+    const {hidden, isSplit} = this.scene,
+      [figure] = this.plots.figures;
+    return {
+      t: this.player.t.toFixed(2),
+      view: this.mode === 'follow' ? '' : this.mode,
+      hide: [...hidden].join(','),
+      strips: [...this.plots.hidden].join(','),
+      split: isSplit ? 'yes' : '',
+      zoom: figure?.isZoomed ? figure.range.map((v) => v.toFixed(2)).join(',') : ''
+    };
+  }
+
+  /// Shows what the URL states. Returns whether it has a time.
+  goToAddress() {
+    const {t, view, hide, strips, split, zoom} = readAddress();
+    for (const name of hide) if (this.scene.layers[name]) this.setLayer(name, false);
+    if (split) this.setSplit(true);
+    if (strips) {
+      this.plots.hidden = new Set(strips);
+      this.drawFigures();
+    }
+    if (['orbit', 'head'].includes(view)) this.setMode(view);
+    if (zoom) this.plots.zoom(...zoom);
+    this.player.go(t);
+    return Number.isFinite(t);
   }
 
   /// What a key does, if anything.
@@ -152,6 +198,8 @@ class Page {
       r: () => this.setMode('follow'),
       o: () => this.setMode('orbit'),
       c: () => this.setMode('head'),
+      s: () => this.savePicture(),
+      v: () => this.setSplit(!this.scene.isSplit),
       '?': () => {
         this.note.textContent = kKeys;
       }
