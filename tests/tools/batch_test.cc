@@ -46,15 +46,12 @@ TEST_F(BatchTest, TheNumberOfJobsChangesNoByteAndASeedInABatchEqualsThatSeedRunA
 TEST_F(BatchTest, AReplayGivesTheSameBytesAndAcceptsAnotherScenarioOfTheSameWalk) {
   short_walks("results/walk");
   const std::string replay = "replay results/walk/seed-1 --out ";
-  ok(replay + "again");
-  expect_same("results/walk/seed-1", "again", "recording/");
-  expect_refused(replay + "again", "again: already exists; --force replaces it");
-  ok(replay + "again --force");
-
   write("loud.yaml", kShortWalk + "errors: {gyro: {sigma_rad_s: 0.02}}\nname: walk\n");
   ok(replay + "same --scenario walk.yaml");
+  expect_refused(replay + "same", "same: already exists; --force replaces it");
+  ok(replay + "same --force");
+  expect_same("results/walk/seed-1", "same", "recording/");
   ok(replay + "loud --scenario loud.yaml");
-  EXPECT_EQ(text_of("same/estimate.tum"), text_of("again/estimate.tum"));
   EXPECT_NE(text_of("loud/estimate.tum"), text_of("same/estimate.tum"));
   write("other.yaml", scenario_of("{stand: {duration_s: 2}}"));
   const Ran other = gaitslam(replay + "other --scenario other.yaml").ends(2);
@@ -88,7 +85,6 @@ TEST_F(BatchTest, CachedRunsHaveTheSameBytesAndShareARecordingAcrossSensorErrors
 
   for (const char* out : {"fell", "made --cached", "found --cached"})
     EXPECT_EQ(gaitslam(fall + out).exit_code, 3);
-  expect_same("fell", "made");
   expect_same("fell", "found");
   EXPECT_THAT(text_of("fell/seed-1/about.json"), Has("fell"));
 }
@@ -156,11 +152,11 @@ TEST_F(BatchTest, JsonIsOneDocumentAndFilesFollowTheirSchemas) {
 }
 
 TEST_F(BatchTest, QuietKeepsTheExitCode) {
-  write("strict.yaml", "base: walk.yaml\nlimits: {rmse_m: {at_most: 0}}\n");
-  for (const auto& [arguments, exit_code] : {std::pair{"run walk.yaml --out r -q", 0},
-                                             {"replay r/seed-1 --quiet", 0},
-                                             {"score r/seed-1 -q", 0},
-                                             {"run strict.yaml --seeds 1 --out s -q", 1}}) {
+  for (const auto& [arguments, exit_code] :
+       {std::pair{"run stand.yaml limits.rmse_m.at_most=0 --out r -q", 1},
+        {"replay r/seed-1 --quiet --scenario stand.yaml", 0},
+        {"score r/seed-1 -q", 0},
+        {"run stand.yaml limits.rmse_m.at_most=0 --seeds 1 --out s -q", 1}}) {
     const Ran ran = gaitslam(arguments).ends(exit_code);
     EXPECT_EQ(ran.out + ran.err, "") << arguments;
   }
@@ -199,10 +195,6 @@ TEST_F(BatchTest, AFilterThatSeesNothingDivergesAndOneThatSeesAgainTracksAgain) 
   EXPECT_NEAR(for_a_time[0]["from_s"], 0.9, 0.04);  // 0.4 s after the last image, within a frame
   EXPECT_NEAR(for_a_time[0]["to_s"], 1.1, 0.04);
 
-  const json at_last =
-      without_images("from_s: 4.5, duration_s: 100", 3, "to the end: tracking lost: no image");
-  EXPECT_EQ(at_last["ending"], "diverged");
-  EXPECT_TRUE(at_last["metrics"]["rmse_m"]["value"].is_number()) << "of the poses before";
   EXPECT_TRUE(never["metrics"]["rmse_m"]["value"].is_null());
 }
 

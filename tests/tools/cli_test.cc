@@ -8,8 +8,6 @@
 namespace tests {
 namespace {
 
-const std::string kCircle = kSources + "/scenarios/tangent_circle.yaml";
-
 using Cli = CommandLine;
 
 TEST_F(Cli, HelpOfTheProgramAndOfEachCommandHasExamples) {
@@ -77,37 +75,14 @@ TEST_F(Cli, EachCommandReportsWrongInput) {
   write("near.yaml", stand + "world: {room: ofice}\n");
   write("far.yaml", "walk: {commands: [{steps: [{forward_m: 0.9, left_m: 0.19}]}]}\n");
   write("control.yaml", R"("a\x9BK\u202Ez": 1)");  // starts a terminal command and reverses the text
-  write("result/scenario.yaml", gaitslam("config '" + kCircle + "' --yaml").out);
+  write("result/scenario.yaml", gaitslam("config walk.yaml --yaml").out);
   write("empty/x", "");
   write("old/scenario.yaml", "slam: {plan_orientation: {enabled: true}}\n");
   write("old/about.json", R"({"revision": "0a1b2c"})");
   shell("mkdir pipe && mkfifo pipe/scenario.yaml pipe/score.json");
-  expect_refused(
-      {{"", "A subcommand is required"},
-       {"rnu x.yaml", "unknown command 'rnu', expected one of run, record, "},
-       {"run '" + kCircle + "' --sedes 1..3", "--sedes; did you mean '--seeds'?"},
-       {"config", "config: no scenario given, expected a YAML file or --keys"},
-       {"check near.yaml", "near.yaml:2:9: world.room: is 'ofice', expected one of "},
-       {"check near.yaml world.room=hall world.robot=./none",
-        "/none has no robot.yaml; 'gaitslam robot init' writes one"},
-       {"config near.yaml --frobnicate", " --frobnicate (gaitslam help config)\n"},
-       {"check far.yaml", "walk.commands[0]: at"},
-       {"check control.yaml", "a?K?z"},
-       {"replay no-such-folder", "no-such-folder: no such result folder"},
-       {"replay empty", "empty: is no result, expected a folder with scenario.yaml and recording/"},
-       {"replay old", "; gaitslam revision 0a1b2c wrote this result, this is "},
-       {"replay result walk.step_length_m=0.1", "walk.step_length_m: affects the recording"},
-       {"check pipe/scenario.yaml", "is not a regular file, expected one"},
-       {"view pipe", "is not a regular file, expected one"},
-       {"run x.yaml --control", "--control requires --view"},
-       {"score empty empty --all-pairs", "expected -d or -u"},
-       {"report result --table none/t.csv",
-        "--table none/t.csv: the folder none does not exist; create it first, or choose another file"},
-       {"report result", "--out: is missing"},
-       {"report result --table t.xls", "--table t.xls: expected a name ending in .csv, .md or .tex"},
-       {"report result --out none/r.html", "--out none/r.html: the folder none does not exist"},
-       {"report result --force --out pipe/score.json", "cannot be written: it is not a regular file"},
-       {"compare empty empty --json pipe/score.json", "cannot be written: it is not a regular file"}});
+  write("old/kept", "");
+  for (const auto& row : rows_of("tools/rejections.txt"))
+    if (row[0] == "any" || GAITSLAM_HAS_WORLD) expect_refused(row.at(1), row.at(2));
   EXPECT_THAT(shell("cat far.yaml | " GAITSLAM_PROGRAM " check /dev/stdin").ends(2).err,
               Has("walk.commands[0]: at"));
 }
@@ -139,9 +114,6 @@ TEST_F(Cli, CheckRejectsWhateverARunRejectsAtItsStart) {
   for (const auto& [keys, complaint] : std::vector<std::pair<std::string, std::string>>{
            {room("hill", light + floor + "<geom name='hill' class='floor' type='box' size='1 1 .01'/>"),
             "walk.commands[0]: stand: at 0.00 s the left sole is planned onto 'hill' at ("},
-           {room("bare", light), "rooms/bare.xml:1: worldbody: has no plane named 'floor'"},
-           {room("spot", "<light pos='0 0 3' dir='0 0 -1'/>" + floor),
-            "rooms/spot.xml:1: light directional: is false, expected true"},
            {room("endless", light + "<geom name='floor' type='plane' size='0 0 1'/>"),
             "rooms/endless.xml:1: geom size: is 0, expected positive half lengths"},
            {"world: {room: ./none.xml}\n", "bad.yaml:4:9: world.room: "},
@@ -190,36 +162,21 @@ TEST_F(LongRobotInit, FindsAGaitThatArrivesAndTheSameOneWithTheSameSeed) {
 
 TEST_F(Cli, APlanThroughFurnitureIsRejectedByEachCommandThatWouldWalkIt) {
   write("ahead.yaml", "walk:\n  commands:\n    - stand: {duration_s: 1}\n    - straight: {forward_m: 9}\n");
-  for (const std::string command : {"check ahead.yaml", "run ahead.yaml", "run ahead.yaml --seeds 1..2",
-                                    "record ahead.yaml", "run ahead.yaml --cached"}) {
+  for (const std::string command :
+       {"check ahead.yaml", "run ahead.yaml --seeds 1..2", "record ahead.yaml", "run ahead.yaml --cached"}) {
     const Ran ran = shell("GAITSLAM_CACHE=cache " GAITSLAM_PROGRAM " " + command).ends(2);
     EXPECT_THAT(ran.err, AllOf(StartsWith("ahead.yaml:4:7: walk.commands[1]: straight: at "),
                                Has(" is within 0.05 m of chair_2, at (")));
     EXPECT_EQ(ran.out, "") << command;
     EXPECT_FALSE(fs::exists(folder_ / "results")) << command;
   }
-  ok("run ahead.yaml limits.ending=[completed,collided]");
-  EXPECT_THAT(text_of("results/ahead/seed-1/about.json"), Has(" touched chair_2 at ("));
 }
 
-TEST_F(Cli, RunRejectsBadOptionsBeforeItSimulates) {
-  const std::string run = "run '" + kCircle + "' ";
-  write("old/kept", "");
-  expect_refused(
-      {{"run", "scenario is required"},
-       {run + "--seeds 5..1", "--seeds 5..1: '5..1' goes backwards, expected for example 1..5 or 1,2,7"},
-       {run + "--seeds 1..2 seed=3", "--seeds: seed= is given as well, expected only one of them"},
-       {run + "--seeds 1..2 --jobs 0", "--jobs"},
-       {run + "--out /dev/null/x", "/dev/null/x: cannot be created: Not a directory"},
-       {run + "--out ''", "--out: is empty"},
-       {run + "--out '" + kCircle + "'", "is a file, expected a folder"},
-       {run + "--out old --force",
-        "old: was not created by gaitslam: move it away, or name another folder"}});
-}
 #else
 TEST_F(Cli, RunWithoutASimulatorSaysSo) {
-  expect_refused("run '" + kCircle + "'", "this build has no simulator (GAITSLAM_WORLD=OFF)");
-  EXPECT_THAT(ok("check '" + kCircle + "'"), Has("not checked whether the robot can walk it"));
+  const std::string circle = kSources + "/scenarios/tangent_circle.yaml";
+  expect_refused("run '" + circle + "'", "this build has no simulator (GAITSLAM_WORLD=OFF)");
+  EXPECT_THAT(ok("check '" + circle + "'"), Has("not checked whether the robot can walk it"));
 }
 #endif
 

@@ -175,8 +175,7 @@ async function usePlayback(browser, url, seconds) {
   );
   await browser.press('c', 67);
   const through = await browser.call(() => ({mode: gaitslamPage.mode, note: gaitslamPage.note.textContent}));
-  // More landmarks than were expected, a view from below the floor, and a graphics card that fails for a
-  // while.
+  // More landmarks than were expected, and a view from below the floor.
   await browser.call(() => {
     gaitslamPage.setMode('orbit');
     document.querySelector('.scene').focus();
@@ -192,12 +191,6 @@ async function usePlayback(browser, url, seconds) {
     const {count, instanceMatrix} = belief.ellipsoids;
     return {ellipsoids: count, room: instanceMatrix.count, height: scene.camera.position.z};
   });
-  const said = [...browser.said];
-  const isLost = (lost) => document.querySelector('.scene').classList.contains('lost') === lost;
-  await browser.call(() => gaitslamPage.scene.renderer.forceContextLoss());
-  await browser.when(isLost, true);
-  await browser.call(() => gaitslamPage.scene.renderer.forceContextRestore());
-  await browser.when(isLost, false);
   return {
     there: short(there),
     scrubbed,
@@ -209,7 +202,7 @@ async function usePlayback(browser, url, seconds) {
     space,
     width_at_400: await browser.phoneWidth(),
     space_changed: start.space !== there.space,
-    said
+    said: browser.said
   };
 }
 
@@ -376,24 +369,6 @@ const tableRows = () =>
     [...row.cells].map((cell) => cell.textContent)
   );
 
-/// How many pixels of the head image have the color of each run.
-function searchColors() {
-  const {panes} = gaitslamPage,
-    {canvas, context} = panes[0].head;
-  const {data} = context.getImageData(0, 0, canvas.width, canvas.height);
-  const pixelsOf = ({role}) => {
-    const paint = document.createElement('canvas').getContext('2d');
-    paint.fillStyle = getComputedStyle(document.documentElement).getPropertyValue('--' + role);
-    paint.fillRect(0, 0, 1, 1);
-    const [r, g, b] = paint.getImageData(0, 0, 1, 1).data;
-    let count = 0;
-    for (let i = 0; i < data.length; i += 4)
-      if (Math.abs(data[i] - r) + Math.abs(data[i + 1] - g) + Math.abs(data[i + 2] - b) < 40) ++count;
-    return count;
-  };
-  return {canvases: document.querySelectorAll('.head canvas').length, colors: panes.map(pixelsOf)};
-}
-
 /// Picks a landmark in the first run; the second run's one is at nearly the same place.
 function pickInBoth() {
   const {panes, landmarks} = gaitslamPage,
@@ -433,8 +408,7 @@ async function compare(browser, url) {
   const marked = await browser.call(comparison);
   await browser.call(goTo, 0.5);
   await browser.when(headIsShown);
-  const image = await browser.call(searchColors),
-    places = await browser.call(pickInBoth);
+  const places = await browser.call(pickInBoth);
   const beyond = await browser.call(() => {
     const [pane] = gaitslamPage.panes,
       {run, series} = pane;
@@ -461,7 +435,7 @@ async function compare(browser, url) {
     );
     return Math.max(...heights);
   });
-  const found = {table, sorted, worst, marked, image, places, beyond, nis, differs, hidden, again};
+  const found = {table, sorted, worst, marked, places, beyond, nis, differs, hidden, again};
   return {...found, width_at_400, covered_at_400, said: browser.said};
 }
 

@@ -30,7 +30,7 @@ using LongViewTest = ViewTest;
 
 TEST_F(ViewTest, TheLivePageShowsTheWalkAndObeysItsControls) {
   // Long enough for a browser on a busy machine to slow it down.
-  write("long.yaml", scenario_of("{straight: {forward_m: 0.6}}, {stand: {duration_s: 150}}", "rate_hz: 10"));
+  write("long.yaml", scenario_of("{straight: {forward_m: 0.6}}, {stand: {duration_s: 90}}", "rate_hz: 10"));
   const json found = browsed("run long.yaml --view --control --wait --out live", "live");
   EXPECT_GT(found["later"]["bodies"], 20);
   EXPECT_GT(found["later"]["ellipsoids"], 5);
@@ -192,8 +192,6 @@ TEST_F(ViewTest, TwoRunsAreComparedInOneSceneAndTheirDivergenceIsMarked) {
   EXPECT_GT(found["covered_at_400"], 20) << "the controls stay on a phone";
   EXPECT_LT(found["covered_at_400"], 80) << "of 800 px";
   EXPECT_NEAR(time_of_mark(found, "first difference between the estimates"), 0.7, 0.11) << marked["marks"];
-  EXPECT_EQ(found["image"]["canvases"], 1) << "the recording is the same";
-  for (const json& pixels : found["image"]["colors"]) EXPECT_GT(pixels, 20) << found["image"];
   EXPECT_LT(found["places"]["apart"], 0.1);
   EXPECT_THAT(found["places"]["text"].get<std::string>(),
               ContainsRegex("A: landmark .* at the same place: B: landmark "));

@@ -117,8 +117,11 @@ for gates, activation, expected in ((4, 'elu', [-0.5320223790, -0.1518338052]), 
     outputs = [network(np.cos([t, t + 1, t + 2]) if gates else np.array([-1, 2])) for t in range(5)]
     np.testing.assert_allclose(outputs[-1], expected, atol=1e-9)
 for name, value, message in (
-        ('kp', None, 'missing array'), ('kd', [1, 2], 'has shape (2,), expected (12,)'),
-        ('activation', 'gelu', 'unknown "gelu", expected any of tanh, relu, elu')):
+        ('kp', None, 'missing array'), ('R0', state, 'unknown array'), ('kd', [1, 2], 'has shape (2,), expected (12,)'),
+        ('q0', [np.nan] * 12, 'expected finite numbers'), ('joints', np.ones(12), 'expected text'),
+        ('weight_hh_l0', np.ones((7, 2)), 'has shape (7, 2), expected (8, 2) or (6, 2)'),
+        ('activation', 'gelu', 'unknown "gelu", expected any of tanh, relu, elu'),
+        ('observations', ['gravity'], 'unknown "gravity", expected any of command, gyro, up, q, dq, action, phase')):
     np.savez('wrong.npz', **{key: array for key, array in {**recurrent, name: value}.items() if array is not None})
     made = subprocess.run([sys.executable, network_walker.__file__, 'wrong.npz'], capture_output=True, text=True)
     assert (made.returncode, made.stderr) == (2, f'wrong.npz: {name}: {message}\n'), made

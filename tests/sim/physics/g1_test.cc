@@ -48,6 +48,7 @@ TEST(G1, MeasuresItsWeightByTheTorquesOfItsLegs) {
   World world = standing_g1();
   for (int k = 0; k < 300; ++k) world.step();
   const walking::SensorReadings readings = world.leg_readings();
+  EXPECT_NEAR(g1().robot.mass, 33.341, 0.001) << "as published";
   const double weight = g1().robot.mass * walking::kGravity;
   // It is still sinking onto its pads and springs, so its weight is within 5 % of that at rest.
   EXPECT_NEAR(readings.left.force.z() + readings.right.force.z(), weight, 0.05 * weight);
