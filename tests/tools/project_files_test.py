@@ -45,7 +45,7 @@ RULES = {
                    'nlohmann/ fcntl.h time.h unistd.h',
     'sim/replay/': 'sim/replay/ sim/result/ sim/tracking/ sim/scenario/ sim/recording/ sim/score/ sim/files/ slam/ Eigen/ fmt/ '
                    'nlohmann/',
-    'sim/regression/': 'sim/regression/ sim/result/ sim/scenario/ sim/score/ sim/files/ fmt/ nlohmann/',
+    'sim/regression/': 'sim/regression/ sim/result/ sim/scenario/ sim/score/ sim/files/ sim/sensor_errors/ fmt/ nlohmann/',
     'sim/pages/': 'sim/pages/ sim/rig/ sim/regression/ sim/replay/ sim/result/ sim/tracking/ sim/scenario/ sim/recording/ '
                   'sim/score/ sim/files/ slam/ Eigen/ fmt/ nlohmann/ opencv2/core opencv2/imgproc',
     'sim/view/live/': 'sim/view/ sim/live/ sim/rig/ sim/physics/ sim/camera/ sim/export/ sim/recording/ sim/scenario/robot.h sim/files/ '

@@ -22,7 +22,7 @@ std::string key_of(const ResultJob& job, const std::string& models_hash, bool ca
   const std::string recording = job.recording ? fs::weakly_canonical(*job.recording).string() : "";
   return result::job_key({program_identity(), models_hash, cached ? "cached" : "",
                           inputs_of(job.read.scenario), job.result(),
-                          fmt::format("{}", fmt::join(job.command, "\n")), recording});
+                          fmt::format("{}", fmt::join(job.command, "\n")), recording, job.program.string()});
 }
 
 Job process_of(const ResultJob& job, const fs::path& out, const ResultOptions& options,
@@ -32,10 +32,12 @@ Job process_of(const ResultJob& job, const fs::path& out, const ResultOptions& o
               .words = job.command,
               .scenario = scenario::to_yaml(job.read.scenario),
               .origin = job.read.origin,
-              .cost = job.cost};
+              .cost = job.cost,
+              .program = job.program};
   std::vector<std::string>& words = process.words;
   if (!job.command.empty())
-    process.scenario.clear(), words.insert(words.end(), {"--out", out.string()});
+    process.scenario.clear(),
+        words.insert(words.end(), {"--out", (job.program.empty() ? out : out / job.folder).string()});
   else if (job.recording)
     words = {"replay",     job.recording->string(), "--out", (out / job.result()).string(), "--scenario",
              kScenarioFile};
@@ -59,6 +61,7 @@ std::string scenario_difference(const scenario::Scenario& there, const scenario:
 /// the sources were modified since the revision, the result must be newer than the program.
 std::optional<std::string> difference(const fs::path& folder, const ResultJob& job,
                                       const std::string& models_hash) try {
+  if (!job.program.empty() && result::is_result(folder)) return std::nullopt;
   const result::About made = result::read_about(folder / "about.json");
   const std::string revision = kRevision;
   const result::Provenance there = result::provenance_of(folder),
@@ -224,7 +227,8 @@ std::vector<ResultEnd> make_results(const std::vector<ResultJob>& jobs, const Ou
   });
   for (std::size_t i = 0; i < jobs.size(); ++i)
     if (options.must_start && ends[i].exit_code == 2)
-      throw UsageError("seed {}: {}", jobs[i].seed(), ends[i].complaint);
+      throw UsageError("{}seed {}: {}", jobs[i].program.empty() ? "" : jobs[i].program.string() + ": ",
+                       jobs[i].seed(), ends[i].complaint);
   print_complaints(jobs, ends);
   return ends;
 }
