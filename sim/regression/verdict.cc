@@ -13,10 +13,11 @@ namespace {
 
 constexpr double kLevel = 0.05;
 
-// "seed 4 fell: CAUSE"
+// "seed 4 fell: CAUSE", without the last lines of a program.
 std::string ending_text(const result::SeedScore& seed) {
   return fmt::format("seed {} {}{}{}", seed.seed, scenario::name_of(seed.ending),
-                     seed.cause.empty() ? "" : ": ", seed.cause);
+                     seed.cause.empty() ? "" : ": ",
+                     seed.cause.substr(0, seed.cause.find(result::kLastLines)));
 }
 
 // A metric's values for the seeds that both sides have.
@@ -139,7 +140,7 @@ MetricVerdict judge(const Gate& gate, const Values& values, const std::optional<
   MetricVerdict v{.gate = gate, .n = values.now.size()};
   if (v.n > 0) judge_change(v, values, p);
   if (values.identical) {
-    v.verdict = Verdict::identical;
+    v.verdict = Verdict::identical, v.band.reset();
   } else if (!values.lost.empty()) {
     v.verdict = Verdict::missing;
     v.worst_seed = values.first_lost;

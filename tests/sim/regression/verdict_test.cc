@@ -281,11 +281,12 @@ TEST(Verdict, ATracebackOfSeveralSeedsIsShownOnce) {
   ScenarioResults runs = results({{}, {}, {}});
   for (result::SeedScore& seed : runs.seeds) {
     seed.ending = scenario::Ending::estimator_failed;
+    seed.cause = "it ended; its last lines: Traceback";
     seed.last_lines =
         fmt::format("at {}\n{}", seed.seed, seed.seed == 3 ? "KeyError: 1" : "ZeroDivisionError");
   }
   EXPECT_THAT(judge_limits(limited({}), runs.seeds)[0].failures,
-              ElementsAre(HasSubstr("at 1"), "seed 2 estimator_failed", HasSubstr("KeyError")));
+              ElementsAre(HasSubstr("at 1"), "seed 2 estimator_failed: it ended", HasSubstr("KeyError")));
 }
 
 TEST(Verdict, ALimitOnNeesIsJudgedOnTheMeanOverSeedsWithItsInterval) {

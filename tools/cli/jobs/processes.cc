@@ -190,6 +190,7 @@ void fail_by_device(std::string_view complaint) {
   complaint = complaint.substr(0, complaint.find_last_not_of('\n') + 1);
   complaint = complaint.substr(complaint.rfind('\n') + 1);
   if (complaint.starts_with(kProgramPrefix)) complaint.remove_prefix(kProgramPrefix.size());
+  if (complaint.empty()) complaint = "a disk is full, probably that of TMPDIR, or a device failed";
   throw files::DeviceError(
       fmt::format("{}; finished results are kept, rerun the command to resume", complaint));
 }

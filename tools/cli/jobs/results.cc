@@ -3,6 +3,7 @@
 #include <fmt/ranges.h>
 
 #include <iostream>
+#include <set>
 
 #include "sim/files/hash.h"
 #include "sim/scenario/keys.h"
@@ -107,9 +108,16 @@ void print_complaints(const std::vector<ResultJob>& jobs, const std::vector<Resu
   std::map<std::pair<std::string, std::string>, std::vector<std::uint64_t>> seeds;
   for (std::size_t i = 0; i < jobs.size(); ++i)
     if (ends[i].exit_code > 1) seeds[{jobs[i].folder, ends[i].complaint}].push_back(jobs[i].seed());
-  for (const auto& [what, of] : seeds)
-    std::cerr << fmt::format("{}{}seed{} {}: {}", what.first, what.first.empty() ? "" : " ",
-                             of.size() > 1 ? "s" : "", fmt::join(of, ", "), what.second);
+  std::set<std::string> shown;  // the last lines of failed programs, which name the exceptions
+  for (const auto& [what, of] : seeds) {
+    const auto& [folder, complaint] = what;
+    const std::size_t end = complaint.find(result::kLastLines);
+    const bool is_new =
+        end == complaint.npos ||
+        shown.insert(folder + complaint.substr(std::max(end + 1, complaint.rfind(" | ") + 1))).second;
+    std::cerr << fmt::format("{}{}seed{} {}: {}", folder, folder.empty() ? "" : " ", of.size() > 1 ? "s" : "",
+                             fmt::join(of, ", "), is_new ? complaint : complaint.substr(0, end) + "\n");
+  }
 }
 
 }  // namespace
