@@ -195,8 +195,12 @@ std::vector<MetricVerdict> one_sided(const std::vector<result::SeedScore>& seeds
     const std::vector<double> values = result::values_of(gate.metric, seeds);
     if (values.empty()) continue;
     v.n = values.size();
-    (verdict == Verdict::added ? v.now : v.baseline) =
-        tolerated_factor(gate) ? score::mean(values) : score::median(values);
+    const bool of_means = tolerated_factor(gate).has_value(), added = verdict == Verdict::added;
+    const double middle = of_means ? score::mean(values) : score::median(values);
+    (added ? v.now : v.baseline) = middle;
+    if (added)
+      v.remark = fmt::format("{} of {}: {}", of_means ? "mean" : "median", files::counted(v.n, "seed"),
+                             result::number_text(middle));
     verdicts.push_back(v);
   }
   return verdicts;

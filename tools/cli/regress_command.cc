@@ -152,7 +152,7 @@ struct SuiteRun {
   std::vector<std::uint64_t> seeds;
   std::vector<SuiteScenario> scenarios;
   std::optional<double> consistent{};  ///< as in Suite
-  std::string other{};                 ///< what the other build prints as its version
+  std::string other{}, other_key{};    ///< version of the other build, and a hash of its program
 };
 
 void add_suite_options(CLI::App& command, SuiteRequest& request) {
@@ -188,7 +188,7 @@ std::string version_of(const fs::path& program) {
   if (!fs::is_regular_file(program) || ::access(program.c_str(), X_OK) != 0)
     throw UsageError("--against {}: {}, expected the gaitslam program of another build", program.string(),
                      fs::exists(program) ? "cannot be executed" : "does not exist");
-  const ShellOutput said = run_shell(files::shell_word(program.string()) + " --version");
+  const ShellOutput said = run_shell(files::shell_word(fs::absolute(program).string()) + " --version");
   if (said.status != 0 || !said.text.starts_with("gaitslam "))
     throw UsageError("--against {}: --version fails, expected the gaitslam program of another build{}{}",
                      program.string(), said.errors.empty() ? "" : ": ",
@@ -215,7 +215,10 @@ SuiteRun plan_suite(const SuiteRequest& request) {
   SuiteRun run{suite.name, parse_seeds(request.seeds.value_or(suite.seeds)), {}, suite.consistent};
   for (const regression::SuiteEntry& entry : suite.entries)
     run.scenarios.push_back(planned(entry, request.overrides));
-  if (request.against) run.other = version_of(*request.against);
+  if (request.against) {
+    run.other = version_of(*request.against);
+    run.other_key = result::job_key({run.other, files::read_text(*request.against)});
+  }
   return run;
 }
 
@@ -232,8 +235,7 @@ std::vector<std::string> run_command(const SuiteScenario& scenario, std::uint64_
 ResultJob by_other(ResultJob job, const SuiteScenario& scenario, const SuiteRun& run, const fs::path& other) {
   job.program = fs::absolute(other);
   job.command = run_command(scenario, job.seed());
-  const std::string key =
-      result::job_key({run.other, files::read_text(other), inputs_of(scenario.read.scenario)});
+  const std::string key = result::job_key({run.other_key, inputs_of(scenario.read.scenario)});
   job.folder = fs::path("against-" + key.substr(0, 8)) / scenario.folder;
   return job;
 }
@@ -456,7 +458,7 @@ int audit(const SuiteRequest& request, SuiteRun run) {
     }
     text += '\n';
   }
-  std::cout << text << (unmoved.empty() ? "\neach gate is moved\n" : "\n" + unmoved);
+  text_out() << text << (unmoved.empty() ? "\neach gate is moved\n" : "\n" + unmoved);
   return unmoved.empty() ? 0 : 1;
 }
 
@@ -664,7 +666,7 @@ void add_regress(CLI::App& app, int& exit_code) {
       ->option_text("PROGRAM")
       ->excludes("--baseline", "--results");
   command.add_flag("--audit", request.audit, "name gates that no built-in disturbance moves")
-      ->excludes("--against", "--results");
+      ->excludes("--against", "--results", "--junit", "--markdown", "--json", "--github");
 }
 
 void add_baseline(CLI::App& app, int& exit_code) {

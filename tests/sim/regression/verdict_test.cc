@@ -227,6 +227,7 @@ TEST(Verdict, CommonSeedsArePairedAndDifferentRecordingsOrConfigurationsAreRepor
   const MetricVerdict other = judged(results(kThree), results({5, 6, 7}, kError, 101));
   EXPECT_EQ(other.verdict, Verdict::added);
   EXPECT_EQ(*other.now, 6);
+  EXPECT_EQ(other.remark, "median of 3 seeds: 6");
   EXPECT_EQ(judged(results(kThree), results({})).verdict, Verdict::missing);
   ScenarioResults before = results(kThree), now = results(kThree);
   now.seeds[1].recording = "other";
