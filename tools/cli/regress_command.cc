@@ -399,40 +399,30 @@ bool is_identical(const Comparison& comparison) {
          });
 }
 
-/// Errors of the sensors that a suite should notice: overrides for a scenario.
-struct Disturbance {
-  const char* name;
-  std::vector<std::string> (*overrides)(const scenario::Scenario& scenario);
-};
-const std::array kDisturbances{
-    Disturbance{"gyro_reversed",
-                [](const scenario::Scenario&) {
-                  return std::vector<std::string>{
-                      "errors.faults=[{gyro_scaled: {duration_s: 1000000, factor: -1}}]"};
-                }},
-    Disturbance{
-        "noise_x4",
-        [](const scenario::Scenario& scenario) {
-          std::vector<std::string> all;
-          for (const char* key :
-               {"errors.gyro.sigma_rad_s", "errors.accelerometer.sigma_m_s2", "errors.image.read_sigma_gray",
-                "errors.image.shot_sigma_gray", "errors.leg_odometry.sigma_m"})
-            all.push_back(fmt::format(
-                "{}={}", key, 4 * files::parse_finite(scenario::find_key(key)->print(scenario)).value()));
-          return all;
-        }},
-    Disturbance{"no_images", [](const scenario::Scenario&) {
-                  return std::vector<std::string>{"errors.image.loss_fraction=1"};
-                }}};
+constexpr std::array kDisturbances{"gyro_reversed", "noise_x4", "no_images"};
+
+/// Returns the overrides of a disturbance, an error of the sensors that a suite should notice.
+std::vector<std::string> overrides_of(std::string_view disturbance, const scenario::Scenario& scenario) {
+  if (disturbance == "gyro_reversed")
+    return {"errors.faults=[{gyro_scaled: {duration_s: 1000000, factor: -1}}]"};
+  if (disturbance == "no_images") return {"errors.image.loss_fraction=1"};
+  std::vector<std::string> all;
+  for (const char* key :
+       {"errors.gyro.sigma_rad_s", "errors.accelerometer.sigma_m_s2", "errors.image.read_sigma_gray",
+        "errors.image.shot_sigma_gray", "errors.leg_odometry.sigma_m"})
+    all.push_back(
+        fmt::format("{}={}", key, 4 * files::parse_finite(scenario::find_key(key)->print(scenario)).value()));
+  return all;
+}
 
 /// Runs the suite with each disturbance and prints which gates it moves. Returns 1 if a gate is never moved.
 int audit(const SuiteRequest& request, SuiteRun run) {
   const std::size_t n = run.scenarios.size();
-  for (const Disturbance& disturbance : kDisturbances)
+  for (const char* disturbance : kDisturbances)
     for (std::size_t i = 0; i < n; ++i) {
       const SuiteScenario& plain = run.scenarios[i];
-      run.scenarios.push_back(planned(plain.entry, disturbance.overrides(plain.read.scenario),
-                                      fs::path("audit") / disturbance.name));
+      run.scenarios.push_back(planned(plain.entry, overrides_of(disturbance, plain.read.scenario),
+                                      fs::path("audit") / disturbance));
     }
   run_suite(request, run);
   std::string text = fmt::format("gaitslam regress: audit of suite {}, {}\n", run.name,
@@ -441,7 +431,7 @@ int audit(const SuiteRequest& request, SuiteRun run) {
   for (std::size_t i = 0; i < n; ++i) {
     const SuiteScenario& plain = run.scenarios[i];
     text += fmt::format("\n{:<34}", plain.results.name);
-    for (const Disturbance& disturbance : kDisturbances) text += fmt::format(" {:>14}", disturbance.name);
+    for (const char* disturbance : kDisturbances) text += fmt::format(" {:>14}", disturbance);
     for (const Gate& gate : plain.entry.gates) {
       bool moved = false;
       text += fmt::format("\n  {:<32}", gate.metric);
