@@ -15,10 +15,20 @@ std::string percent(double change, double baseline) {
   return std::abs(part) < 9.95 ? fmt::format("{:+.1f}", part) : fmt::format("{:+.0f}", part);
 }
 
-std::string band_text(const MetricVerdict& metric) {
-  if (!metric.band || !metric.baseline || *metric.baseline == 0) return "-";
-  return fmt::format("[{},{}]", percent(metric.band->first, *metric.baseline),
-                     percent(metric.band->second, *metric.baseline));
+bool has_percentage(const MetricVerdict& metric) {
+  return metric.change && metric.baseline && *metric.baseline != 0;
+}
+
+// "[-0.7,+50]"
+std::string interval_text(const MetricVerdict& metric) {
+  if (!has_percentage(metric) || !metric.band) return "-";
+  const auto& [low, high] = *metric.band;
+  return fmt::format("[{},{}]", percent(low, *metric.baseline), percent(high, *metric.baseline));
+}
+
+// "96.1 %"
+std::string covers_text(const MetricVerdict& metric) {
+  return interval_text(metric) == "-" ? "-" : fmt::format("{:.1f} %", 100 * metric.coverage);
 }
 
 // Returns " m", or nothing for a count or a ratio.
@@ -40,21 +50,24 @@ std::string tolerance_text(const Gate& gate) {
 std::string change_text(const MetricVerdict& metric) {
   if (!metric.change) return "-";
   if (*metric.change == 0) return "0 %";
-  return metric.baseline && *metric.baseline != 0 ? percent(*metric.change, *metric.baseline) + " %"
-                                                  : fmt::format("{:+.3g}", *metric.change);
+  return has_percentage(metric) ? percent(*metric.change, *metric.baseline) + " %"
+                                : fmt::format("{:+.3g}", *metric.change);
 }
 
-// "3 seeds paired, the same recordings"
+// "3 seeds paired, the same recordings", or "7 of 8 seeds paired, ..." if a seed has no value.
 std::string pairing_text(const ScenarioVerdict& s) {
   if (s.n_baseline == 0) return "not in the baseline";
   if (s.n_now == 0) return "only in the baseline";
+  const std::size_t paired =
+      s.metrics.empty() ? s.n_now : std::ranges::max(s.metrics, {}, &MetricVerdict::n).n;
   const std::string recordings =
       s.other_recordings == 0
           ? "the same recordings"
           : fmt::format("{} differ{} (another walk, renderer or CPU)",
                         files::counted(s.other_recordings, "recording"), s.other_recordings == 1 ? "s" : "");
-  return fmt::format("{} paired{}, {}", files::counted(s.n_now, "seed"),
-                     s.n_now < kSeedsForTest ? " (a test needs 8)" : "", recordings);
+  return fmt::format("{}{} paired{}, {}", paired < s.n_now ? fmt::format("{} of ", paired) : "",
+                     files::counted(s.n_now, "seed"), paired < kSeedsForTest ? " (a test needs 8)" : "",
+                     recordings);
 }
 
 // "coverage: 100 % -> 66.7 % of the true poses"; empty if all of them have an estimate.
@@ -70,6 +83,10 @@ using result::painted;
 
 std::string repro(const ScenarioVerdict& scenario, std::optional<std::uint64_t> seed) {
   return seed && scenario.repro ? scenario.repro(*seed) : "";
+}
+
+std::string remedy(const ScenarioVerdict& scenario, const char* before, const char* after = "") {
+  return scenario.remedy.empty() ? "" : before + scenario.remedy + after;
 }
 
 // How a row counts in the exit code and in each format.
@@ -103,8 +120,8 @@ std::string row(const MetricVerdict& m, bool colors, std::vector<std::uint64_t>&
   const bool is_plain = paint_of(count) == Paint::good && m.verdict != Verdict::better;
   const std::string p = !m.p ? "-" : *m.p < 0.001 ? "<0.001" : fmt::format("{:.3f}", *m.p);
   std::string text =
-      fmt::format("  {:<21} {:>8} {:>8} {:>7} {:>12} {:>6}  {}\n", m.gate.metric, number_text(m.baseline),
-                  number_text(m.now), change_text(m), band_text(m), p,
+      fmt::format("  {:<21} {:>8} {:>8} {:>13} {:>6} {:>6}  {}\n", m.gate.metric, number_text(m.baseline),
+                  change_text(m), interval_text(m), covers_text(m), p,
                   painted(std::string(word(m.verdict)), is_plain ? Paint::none : paint_of(count), colors));
   const bool has_run = count >= Count::undecided && m.worst_seed;
   if (has_run || !m.remark.empty())
@@ -127,8 +144,8 @@ std::string scenario_table(const ScenarioVerdict& scenario, bool colors) {
   if (const std::string coverage = coverage_text(scenario); !coverage.empty()) text += "  " + coverage + "\n";
   for (const std::string& difference : scenario.other_config)
     text += fmt::format("  configuration: {}\n", difference);
-  text += fmt::format("  {:<21} {:>8} {:>8} {:>7} {:>12} {:>6}  {}\n", "metric", "baseline", "now", "change",
-                      "95 % [%]", "p(Holm)", "verdict");
+  text += fmt::format("  {:<21} {:>8} {:>8} {:>13} {:>6} {:>6}  {}\n", "metric", "baseline", "change",
+                      "interval [%]", "covers", "p(Holm)", "verdict");
   std::vector<std::uint64_t> worst;
   for (const MetricVerdict& metric : scenario.metrics) text += row(metric, colors, worst);
   for (const LimitVerdict& limit : scenario.limits) text += row(limit, colors, worst);
@@ -136,7 +153,10 @@ std::string scenario_table(const ScenarioVerdict& scenario, bool colors) {
   for (const std::uint64_t seed : worst)
     if (const std::string command = repro(scenario, seed); !command.empty())
       again += fmt::format("    {}\n", command);
-  return text + (again.empty() ? "" : "  again:\n") + again;
+  text += (again.empty() ? "" : "  again:\n") + again;
+  if (std::ranges::count(scenario.metrics, Verdict::undecided, &MetricVerdict::verdict) > 0)
+    text += remedy(scenario, "  to decide:\n    ", "\n");
+  return text;
 }
 
 std::string replaced(std::string_view text, const std::vector<std::pair<char, std::string_view>>& table) {
@@ -160,7 +180,7 @@ Comparison sanitized(Comparison comparison) {
   const auto clean = [](std::string& text) { text = files::sanitize(text); };
   clean(comparison.title);
   for (ScenarioVerdict& scenario : comparison.scenarios) {
-    clean(scenario.name), clean(scenario.file);
+    clean(scenario.name), clean(scenario.file), clean(scenario.remedy);
     for (MetricVerdict& metric : scenario.metrics) clean(metric.remark);
     for (LimitVerdict& limit : scenario.limits) {
       clean(limit.what), clean(limit.observed);
@@ -211,11 +231,14 @@ std::vector<Line> lines_of(const ScenarioVerdict& scenario) {
     const auto number = [&](const std::optional<double>& v) {
       return v ? fmt::format("{:.6g}{}", *v, unit_of(m.gate.metric)) : "none";
     };
-    all.push_back(
-        {m.gate.metric,
-         fmt::format("{} -> {} ({}; tolerance {}){}{}", number(m.baseline), number(m.now), change_text(m),
-                     tolerance_text(m.gate), m.remark.empty() ? "" : ": ", m.remark),
-         repro(scenario, m.worst_seed), std::string(word(m.verdict)), count_of(m.verdict)});
+    const std::string values = m.change ? fmt::format("{} changes by {}", number(m.baseline), change_text(m))
+                                        : fmt::format("{} -> {}", number(m.baseline), number(m.now));
+    all.push_back({m.gate.metric,
+                   fmt::format("{} (tolerance {}){}{}", values, tolerance_text(m.gate),
+                               m.remark.empty() ? "" : ": ", m.remark),
+                   repro(scenario, m.worst_seed) +
+                       (m.verdict == Verdict::undecided ? remedy(scenario, "\nto decide: ") : ""),
+                   std::string(word(m.verdict)), count_of(m.verdict)});
   }
   for (const LimitVerdict& limit : scenario.limits) {
     Line line{"limit " + limit.what, "observed: " + limit.observed, repro(scenario, limit.worst_seed),
@@ -255,9 +278,10 @@ std::string testcase(const std::string& scenario, const Line& line, double wall_
                     xml(message), xml(line.details));
   else if (line.count != Count::passed)
     inside = fmt::format("<skipped message=\"{}\"/>", xml(message));
-  return fmt::format(
-      "  <testcase classname=\"{}\" name=\"{}\" time=\"{:.3f}\">{}<system-out>{}</system-out></testcase>\n",
-      xml(scenario), xml(line.name), wall_s, inside, xml(message));
+  else
+    inside = fmt::format("<system-out>{}</system-out>", xml(message));
+  return fmt::format("  <testcase classname=\"{}\" name=\"{}\" time=\"{:.3f}\">{}</testcase>\n",
+                     xml(scenario), xml(line.name), wall_s, inside);
 }
 
 }  // namespace
@@ -359,7 +383,8 @@ std::string verdicts_json(const Comparison& raw) {
                                   {"baseline", result::or_null(m.baseline)},
                                   {"now", result::or_null(m.now)},
                                   {"change", result::or_null(m.change)},
-                                  {"change_band_95", result::or_null(m.band)},
+                                  {"change_interval", result::or_null(m.band)},
+                                  {"interval_coverage", m.band ? ordered_json(m.coverage) : ordered_json()},
                                   {"p_holm", result::or_null(m.p)},
                                   {"tolerance_percent", m.gate.percent},
                                   {"tolerance_absolute", m.gate.absolute},

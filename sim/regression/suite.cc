@@ -15,7 +15,7 @@ using scenario::fail;
 using scenario::Yaml;
 using std::string_view_literals::operator""sv;
 
-constexpr scenario::Domain kTolerance{0, 1e6};
+constexpr scenario::Domain kTolerance{0, 1e6}, kFactor{1, 100};
 constexpr std::array kSections{"camera"sv, "slam"sv};
 
 Gate read_gate(const Yaml& name, const Yaml& tolerance) {
@@ -52,7 +52,7 @@ std::vector<std::string> read_without(const Yaml& node) {
 
 SuiteEntry read_entry(const Yaml& node, const fs::path& folder) {
   require_map(node, "scenarios", "an entry, as in {scenario: ../tangent_circle.yaml}");
-  SuiteEntry entry{{}, {}, default_gates()};
+  SuiteEntry entry{.gates = default_gates(), .at = node};
   read_map(node, {{"scenario", [&](const Yaml& value) { entry.file = read_path(value, "scenario", folder); }},
                   {"set",
                    [&](const Yaml& value) {
@@ -66,7 +66,7 @@ SuiteEntry read_entry(const Yaml& node, const fs::path& folder) {
                        fail(value, "expect", "'{}', expected limits_missed", value.text);
                      entry.expects_missed = true;
                    }},
-                  {"gate", [&](const Yaml& value) { entry.gates = read_gates(value); }}});
+                  {"gate", [&](const Yaml& value) { entry.gates = read_gates(value), entry.at = value; }}});
   if (entry.file.empty()) fail(node, "scenario", "missing, expected a scenario's YAML file");
   return entry;
 }
@@ -170,17 +170,19 @@ Suite read_suite(const fs::path& file) {
   const Yaml root = scenario::parse_yaml_file(file);
   require_map(root, "", "a suite: {seeds: 1..3, scenarios: [{scenario: FILE}]}");
   Suite suite{file.stem().string(), "", {}};
-  read_map(root, {{"seeds",
-                   [&](const Yaml& value) {
-                     read_seeds(value);
-                     suite.seeds = value.text;
-                   }},
-                  {"scenarios", [&](const Yaml& value) {
-                     if (value.kind != Yaml::Kind::list)
-                       fail(value, "scenarios", "expected a list of scenarios");
-                     for (const Yaml& entry : value.items)
-                       suite.entries.push_back(read_entry(entry, file.parent_path()));
-                   }}});
+  read_map(root,
+           {{"seeds",
+             [&](const Yaml& value) {
+               read_seeds(value);
+               suite.seeds = value.text;
+             }},
+            {"consistent",
+             [&](const Yaml& value) { read(value, "consistent", kFactor, suite.consistent.emplace()); }},
+            {"scenarios", [&](const Yaml& value) {
+               if (value.kind != Yaml::Kind::list) fail(value, "scenarios", "expected a list of scenarios");
+               for (const Yaml& entry : value.items)
+                 suite.entries.push_back(read_entry(entry, file.parent_path()));
+             }}});
   if (suite.seeds.empty()) fail(root, "seeds", "missing, expected seeds, as in 1..3");
   if (suite.entries.empty()) fail(root, "scenarios", "the suite is empty, expected at least one scenario");
   std::set<std::string> names;

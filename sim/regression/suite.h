@@ -28,12 +28,16 @@ struct SuiteEntry {
   std::vector<Gate> gates;
   bool expects_missed = false;        ///< `expect: limits_missed`: every seed must miss a limit
   std::vector<scenario::Yaml> set{};  ///< the overrides in `changes` as written in the file
+  scenario::Yaml at{};                ///< the value of `gate`, or the entry if that is not given
 };
 
 struct Suite {
   std::string name;   ///< the file's stem
   std::string seeds;  ///< as typed by users: "1..3"
   std::vector<SuiteEntry> entries;
+  /// `consistent`: NEES and NIS must be those of a filter whose assumed noises are wrong by at most this
+  /// factor.
+  std::optional<double> consistent{};
 };
 
 /// Returns whether a YAML file is a suite: it has the key `scenarios`. Throws ConfigError.

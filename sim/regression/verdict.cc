@@ -2,6 +2,8 @@
 
 #include <fmt/ranges.h>
 
+#include <set>
+
 #include "sim/result/limits.h"
 #include "sim/scenario/keys.h"
 #include "sim/score/metrics.h"
@@ -11,25 +13,32 @@ namespace {
 
 constexpr double kLevel = 0.05;
 
-// "seed 4 fell: CAUSE"
+// "seed 4 fell: CAUSE", without the last lines of a program.
 std::string ending_text(const result::SeedScore& seed) {
   return fmt::format("seed {} {}{}{}", seed.seed, scenario::name_of(seed.ending),
-                     seed.cause.empty() ? "" : ": ", seed.cause);
+                     seed.cause.empty() ? "" : ": ",
+                     seed.cause.substr(0, seed.cause.find(result::kLastLines)));
 }
 
 // A metric's values for the seeds that both sides have.
 struct Values {
   std::vector<std::uint64_t> seeds;
-  std::vector<double> baseline, now;
-  std::vector<double> changes, worse_by;  // by how much each value and its loss increased
-  std::vector<double> lost;               // the baseline's values that are now missing
-  std::size_t won = 0;                    // number of values that only the results have
-  std::string why_lost;                   // how the first run without its value ended
+  std::vector<double> baseline, now;          // magnitudes if a larger magnitude is worse
+  std::vector<double> changes, worse_by;      // by how much each value and its loss increased
+  std::vector<double> lost;                   // the baseline's values that are now missing
+  std::size_t won = 0;                        // number of values that only the results have
+  std::optional<std::uint64_t> first_lost{};  // the first seed that lost its value
+  std::string why_lost;                       // how its run ended
   bool identical = true;
+
+  bool empty() const { return now.empty() && lost.empty() && won == 0; }
 };
 
 Values values_of(const ScenarioResults& baseline, const ScenarioResults& now, const std::string& metric) {
   const score::Direction direction = score::direction_of(metric);
+  const auto judged = [&](double value) {
+    return direction.worst == score::Worst::largest_magnitude ? std::abs(value) : value;
+  };
   Values values;
   for (const result::SeedScore& seed : now.seeds) {
     const result::SeedScore* other = baseline.find(seed.seed);
@@ -38,12 +47,12 @@ Values values_of(const ScenarioResults& baseline, const ScenarioResults& now, co
     values.identical &= a == b;
     if (a && b) {
       values.seeds.push_back(seed.seed);
-      values.baseline.push_back(*a);
-      values.now.push_back(*b);
-      values.changes.push_back(*b - *a);
+      values.baseline.push_back(judged(*a));
+      values.now.push_back(judged(*b));
+      values.changes.push_back(values.now.back() - values.baseline.back());
       values.worse_by.push_back(score::loss(*b, direction) - score::loss(*a, direction));
     } else if (a) {
-      if (values.lost.empty()) values.why_lost = ending_text(seed);
+      if (values.lost.empty()) values.first_lost = seed.seed, values.why_lost = ending_text(seed);
       values.lost.push_back(*a);
     } else {
       values.won += b.has_value();
@@ -105,18 +114,15 @@ void judge_change(MetricVerdict& v, const Values& values, const std::optional<do
       of_means ? score::mean : [](const std::vector<double>& all) { return score::median(all); };
   v.baseline = middle(values.baseline);
   v.now = middle(values.now);
-  v.change = middle(values.changes);
-  v.band = score::median_interval(values.changes);
-  if (of_means) {
-    const auto test = score::t_test(values.changes);
-    v.band = test ? std::optional(std::pair(test->low, test->high)) : std::nullopt;
-  }
+  const score::Shift shift =
+      of_means ? score::Shift{*v.now - *v.baseline} : score::hodges_lehmann(values.changes);
+  v.change = shift.estimate, v.band = shift.interval, v.coverage = shift.coverage;
   const auto worst = std::ranges::max_element(values.worse_by) - values.worse_by.begin();
   v.worst_seed = values.seeds[static_cast<std::size_t>(worst)];
   v.p = p;
   const double tolerated = tolerance(v.gate, *v.baseline),
                worse = of_means ? score::loss(*v.now, direction) - score::loss(*v.baseline, direction)
-                                : score::median(values.worse_by);
+                                : score::hodges_lehmann(values.worse_by).estimate;
   const auto n_worse = std::ranges::count_if(values.worse_by, [&](double d) { return d > tolerated; }),
              n_better = std::ranges::count_if(values.worse_by, [&](double d) { return d < -tolerated; });
   if (!p && !of_means && n_worse + n_better > 0)
@@ -134,10 +140,10 @@ MetricVerdict judge(const Gate& gate, const Values& values, const std::optional<
   MetricVerdict v{.gate = gate, .n = values.now.size()};
   if (v.n > 0) judge_change(v, values, p);
   if (values.identical) {
-    v.verdict = Verdict::identical;
-    if (v.n == 0) v.remark = "no run has a value";
+    v.verdict = Verdict::identical, v.band.reset();
   } else if (!values.lost.empty()) {
     v.verdict = Verdict::missing;
+    v.worst_seed = values.first_lost;
     v.remark =
         fmt::format("{} lost the value: {}", files::counted(values.lost.size(), "seed"), values.why_lost);
     if (!v.baseline) v.baseline = score::median(values.lost);
@@ -172,8 +178,9 @@ std::vector<MetricVerdict> judge_gates(const ScenarioResults& baseline, const Sc
   p = score::holm(p);
   std::vector<MetricVerdict> verdicts;
   for (std::size_t i = 0; i < gates.size(); ++i)
-    add_distances(
-        verdicts.emplace_back(judge(gates[i], values[i], tested[i] ? std::optional(p[i]) : std::nullopt)));
+    if (!values[i].empty())
+      add_distances(
+          verdicts.emplace_back(judge(gates[i], values[i], tested[i] ? std::optional(p[i]) : std::nullopt)));
   return verdicts;
 }
 
@@ -186,8 +193,14 @@ std::vector<MetricVerdict> one_sided(const std::vector<result::SeedScore>& seeds
                     .verdict = verdict,
                     .remark = verdict == Verdict::missing ? "the scenario was not run" : ""};
     const std::vector<double> values = result::values_of(gate.metric, seeds);
+    if (values.empty()) continue;
     v.n = values.size();
-    if (v.n > 0) (verdict == Verdict::added ? v.now : v.baseline) = score::median(values);
+    const bool of_means = tolerated_factor(gate).has_value(), added = verdict == Verdict::added;
+    const double middle = of_means ? score::mean(values) : score::median(values);
+    (added ? v.now : v.baseline) = middle;
+    if (added)
+      v.remark = fmt::format("{} of {}: {}", of_means ? "mean" : "median", files::counted(v.n, "seed"),
+                             result::number_text(middle));
     verdicts.push_back(v);
   }
   return verdicts;
@@ -196,11 +209,13 @@ std::vector<MetricVerdict> one_sided(const std::vector<result::SeedScore>& seeds
 LimitVerdict endings(const scenario::Scenario& scenario, const std::vector<result::SeedScore>& seeds) {
   LimitVerdict verdict;
   verdict.what = fmt::format("ending {}", fmt::join(scenario.limits.ending, " or "));
+  std::set<std::string> shown{""};  // the last lines of the texts: they name the exceptions
   for (const result::SeedScore& seed : seeds) {
     if (result::is_allowed(scenario, seed.ending)) continue;
     if (!verdict.worst_seed) verdict.worst_seed = seed.seed;
-    verdict.failures.push_back(ending_text(seed) +
-                               (seed.last_lines.empty() ? "" : "\nits last lines:\n" + seed.last_lines));
+    const auto lines = files::lines_of(seed.last_lines);
+    const bool is_new = shown.insert(lines.empty() ? "" : lines.back()).second;
+    verdict.failures.push_back(ending_text(seed) + (is_new ? "\nits last lines:\n" + seed.last_lines : ""));
   }
   verdict.state = verdict.worst_seed ? LimitState::run_failed : LimitState::met;
   verdict.observed = fmt::format("{}/{}", seeds.size() - verdict.failures.size(), seeds.size());
@@ -268,9 +283,10 @@ std::string_view word(Verdict verdict) {
 
 std::vector<std::string> config_differences(const std::map<std::string, std::string>& baseline,
                                             const std::map<std::string, std::string>& now) {
-  const auto text = [](const auto& config, const std::string& key) {
-    const auto found = config.find(key);
-    return found == config.end() ? std::string("not set") : found->second;
+  const auto text = [](const auto& config, const std::string& name) {
+    if (const auto found = config.find(name); found != config.end()) return found->second;
+    const scenario::Key* key = scenario::find_key(name);
+    return key ? key->print(scenario::default_scenario()) + " (default)" : "not set";
   };
   std::map<std::string, std::string> keys = baseline;
   keys.insert(now.begin(), now.end());

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "sim/regression/suite.h"
+#include "sim/score/statistics.h"
 
 namespace sim::regression {
 
@@ -28,15 +29,17 @@ std::string_view word(Verdict verdict);
 /// One metric of one scenario: the baseline compared with the current results.
 struct MetricVerdict {
   Gate gate{};
-  std::size_t n = 0;                        ///< seeds compared
-  std::optional<double> baseline{}, now{};  ///< medians over them, or means if a value is expected
-  std::optional<double> change{};           ///< median or mean of the seeds' changes
-  /// Confidence interval of at least 95 % for that change.
-  std::optional<std::pair<double, double>> band{};
-  std::optional<double> p{};  ///< after Holm's adjustment; absent without a test
+  std::size_t n = 0;  ///< seeds compared
+  /// Medians over them, or means if a value is expected. Magnitudes if a larger magnitude is worse.
+  std::optional<double> baseline{}, now{};
+  /// score::hodges_lehmann() of the seeds' changes; the mean, without interval, if a value is expected.
+  std::optional<double> change{};
+  std::optional<std::pair<double, double>> band{};  ///< interval of the change
+  double coverage = 0;                              ///< of the interval, at least 0.95
+  std::optional<double> p{};                        ///< after Holm's adjustment; absent without a test
   Verdict verdict = Verdict::missing;
   std::string remark{};                       ///< the reason in words; may be empty
-  std::optional<std::uint64_t> worst_seed{};  ///< the seed that got worse the most
+  std::optional<std::uint64_t> worst_seed{};  ///< the seed that got worse the most, or lost its value
 };
 
 /// undecided: the mean over seeds violates the limit, but its 95 % confidence interval does not.
@@ -66,6 +69,7 @@ struct ScenarioVerdict {
   std::string file{};  ///< the scenario's file
   /// Returns the command that repeats the run of a seed; may be empty.
   std::function<std::string(std::uint64_t seed)> repro{};
+  std::string remedy{};  ///< the command that decides undecided rows; may be empty
 };
 
 /// Returns "key: baseline value -> current value" for each key that differs.
@@ -73,7 +77,8 @@ std::vector<std::string> config_differences(const std::map<std::string, std::str
                                             const std::map<std::string, std::string>& now);
 
 /// Returns a verdict on each gate by the metric's loss (score::loss) on the common seeds, without limits. If
-/// there are no common seeds, every gate is added, or missing if nothing was run.
+/// there are no common seeds, every gate is added, or missing if nothing was run. Gates without any value are
+/// left out.
 ScenarioVerdict compare(const ScenarioResults& baseline, const ScenarioResults& now,
                         const std::vector<Gate>& gates);
 
@@ -84,6 +89,12 @@ ScenarioVerdict compare(const ScenarioResults& baseline, const ScenarioResults& 
 std::vector<LimitVerdict> judge_limits(const scenario::Scenario& scenario,
                                        const std::vector<result::SeedScore>& seeds,
                                        bool expects_missed = false);
+
+/// Returns verdicts on the means over seeds of NEES and of each sensor's NIS: whether they are in the 95 %
+/// range of a consistent filter over as many seeds, widened as for noises that are assumed `factor` times too
+/// large or too small. NEES: 10,000 draws of runs whose error is a random walk. NIS: the chi-square
+/// distribution of white innovations, one each frame.
+std::vector<LimitVerdict> judge_consistency(const std::vector<result::SeedScore>& seeds, double factor);
 
 struct Comparison {
   std::string title;

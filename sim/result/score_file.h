@@ -39,6 +39,9 @@ struct ScoredFault {
   std::optional<double> to_s{};  ///< absent: until the end
 };
 
+/// Separates a failure's cause from the last lines of the program that failed.
+inline constexpr std::string_view kLastLines = "; its last lines: ";
+
 /// The score of one seed.
 struct SeedScore {
   std::uint64_t seed = 0;

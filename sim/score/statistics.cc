@@ -15,7 +15,7 @@ namespace {
 
 // Otherwise each function is also compiled for long double.
 using InDouble = boost::math::policies::policy<boost::math::policies::promote_double<false>>;
-constexpr std::size_t kExact = 50;  // 2^50 sign patterns are counted exactly in doubles
+constexpr std::size_t kExact = 50;  // 2^50 sign patterns have exact probabilities in doubles
 
 // Twice the ranks of the absolute differences, so that shared ranks are whole numbers.
 struct Ranks {
@@ -41,19 +41,23 @@ Ranks rank(std::vector<std::pair<double, bool>> sizes) {
   return ranks;
 }
 
-// Twice the smaller of two probabilities, over all sign patterns: of a rank sum up to the observed one, and
-// from it.
+// The probability of each sum of ranks with a positive sign, if each sign is positive in half of the cases.
+std::vector<double> sum_probabilities(const std::vector<int>& ranks) {
+  std::vector<double> p(static_cast<std::size_t>(std::accumulate(ranks.begin(), ranks.end(), 0)) + 1);
+  p[0] = 1;
+  for (const int rank : ranks) {
+    const auto r = static_cast<std::size_t>(rank);
+    for (std::size_t sum = p.size(); sum-- > 0;) p[sum] = (p[sum] + (sum < r ? 0 : p[sum - r])) / 2;
+  }
+  return p;
+}
+
+// Twice the smaller of two probabilities: of a rank sum up to the observed one, and from it.
 double exact_p(const Ranks& ranks) {
-  const int most = std::accumulate(ranks.twice.begin(), ranks.twice.end(), 0);
-  std::vector<double> patterns(static_cast<std::size_t>(most) + 1);  // number of patterns with each sum
-  patterns[0] = 1;
-  for (const int r : ranks.twice)
-    for (std::size_t total = patterns.size(); total-- > static_cast<std::size_t>(r);)
-      patterns[total] += patterns[total - static_cast<std::size_t>(r)];
-  const auto observed = patterns.begin() + ranks.twice_positive;
-  const double below = std::accumulate(patterns.begin(), observed + 1, 0.0),
-               above = std::accumulate(observed, patterns.end(), 0.0);
-  return std::min(1.0, 2 * std::min(below, above) / std::ldexp(1.0, static_cast<int>(ranks.twice.size())));
+  const std::vector<double> p = sum_probabilities(ranks.twice);
+  const auto observed = p.begin() + ranks.twice_positive;
+  return std::min(1.0, 2 * std::min(std::accumulate(p.begin(), observed + 1, 0.0),
+                                    std::accumulate(observed, p.end(), 0.0)));
 }
 
 // The normal approximation, corrected for ties and continuity.
@@ -140,6 +144,24 @@ double wilcoxon_signed_rank(const std::vector<double>& differences) {
   if (signed_sizes.empty()) return 1;
   const Ranks ranks = rank(signed_sizes);
   return signed_sizes.size() <= kExact ? exact_p(ranks) : approximate_p(ranks);
+}
+
+Shift hodges_lehmann(const std::vector<double>& differences) {
+  std::vector<double> averages;
+  for (std::size_t i = 0; i < differences.size(); ++i)
+    for (std::size_t j = 0; j <= i; ++j) averages.push_back((differences[i] + differences[j]) / 2);
+  std::ranges::sort(averages);
+  std::vector<int> ranks(differences.size());
+  std::iota(ranks.begin(), ranks.end(), 1);
+  const std::vector<double> p = sum_probabilities(ranks);
+  Shift shift{median(averages)};
+  double tail = 0;
+  for (std::size_t k = 1; 2 * (tail + p[k - 1]) <= 0.05; ++k) {
+    tail += p[k - 1];
+    shift.interval = std::pair(averages[k - 1], averages[averages.size() - k]);
+    shift.coverage = 1 - 2 * tail;
+  }
+  return shift;
 }
 
 std::optional<MeanTest> t_test(const std::vector<double>& values) {

@@ -70,6 +70,17 @@ Summary summarize(const std::vector<double>& values, const Direction& direction)
 /// approximation.
 double wilcoxon_signed_rank(const std::vector<double>& differences);
 
+/// How far paired values are shifted. interval: absent for fewer than 6 values.
+struct Shift {
+  double estimate = 0;
+  std::optional<std::pair<double, double>> interval{};
+  double coverage = 0;  ///< of the interval, the least that is at least 0.95
+};
+/// Returns the median of the Walsh averages, which are the means of all pairs of differences (Hodges &
+/// Lehmann 1963), and their interval. It excludes 0 exactly if the p-value of wilcoxon_signed_rank() is at
+/// most 1 − coverage, unless differences are 0 or have equal magnitudes.
+Shift hodges_lehmann(const std::vector<double>& differences);
+
 /// Returns a confidence interval of at least 95 % for the median of the distribution from which the values
 /// come, whatever it is (order statistics). Returns nothing for fewer than 6 values.
 std::optional<std::pair<double, double>> median_interval(std::vector<double> values);

@@ -84,6 +84,15 @@ struct GyroSpike : Span {  ///< added to each axis of each reading that the span
     number<&GyroSpike::size_rad_s>(key, -1e6, 1e6, "angular velocity added on each axis");
   }
 };
+struct GyroScaled : Span {  ///< each reading that the span touches is multiplied by `factor`
+  static constexpr const char* kName = "gyro_scaled";
+  double factor = 1.1;
+
+  static void keys(auto&& key) {
+    Span::keys(key);
+    number<&GyroScaled::factor>(key, -100, 100, "factor on the angular velocity");
+  }
+};
 struct AccelerometerSilent : Span {  ///< no readings arrive
   static constexpr const char* kName = "accelerometer_silent";
 };
@@ -129,9 +138,10 @@ struct EstimateLost : Span {  ///< no estimate
   static constexpr const char* kName = "estimate_lost";
 };
 
-using Fault = std::variant<FramesLost, FramesFrozen, FramesDimmed, FramesCovered, FramesDoubled,
-                           FramesReordered, GyroSilent, GyroSpike, AccelerometerSilent, AccelerometerSpike,
-                           PlanMissing, PlanScaled, EstimateJump, EstimateFrozen, EstimateLost>;
+using Fault =
+    std::variant<FramesLost, FramesFrozen, FramesDimmed, FramesCovered, FramesDoubled, FramesReordered,
+                 GyroSilent, GyroSpike, GyroScaled, AccelerometerSilent, AccelerometerSpike, PlanMissing,
+                 PlanScaled, EstimateJump, EstimateFrozen, EstimateLost>;
 
 /// Returns whether a fault is one of the estimate that steers a walk.
 inline bool is_of_steering(const Fault& fault) {

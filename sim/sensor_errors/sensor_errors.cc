@@ -62,6 +62,9 @@ InertialErrors inertial_errors(const char* sensor, const InertialErrorSizes& siz
                                const std::vector<Fault>& faults, std::uint64_t seed) {
   std::vector<InertialErrors::Spike> spikes;
   for (const Spike& spike : faults_of<Spike>(faults)) spikes.push_back({spike, spike.*spike_size});
+  if constexpr (std::is_same_v<Spike, GyroSpike>)
+    for (const GyroScaled& scaled : faults_of<GyroScaled>(faults))
+      spikes.push_back({scaled, 0, scaled.factor});
   const auto silent = faults_of<Silence>(faults);
   return {sensor, sizes, seed, std::move(spikes), {silent.begin(), silent.end()}};
 }
@@ -218,7 +221,7 @@ Eigen::Vector3d InertialErrors::disturbed(const InertialSample& reading) {
   const double sigma = sizes_.sigma * std::sqrt(slam::kReadingPeriod_s / duration_s);
   Eigen::Vector3d value = reading.value + sigma * normal3(Random(seed_, sensor_ + " noise", item)) + bias_;
   for (const Spike& spike : spikes_)
-    if (spike.span.touches(reading)) value.array() += spike.size;
+    if (spike.span.touches(reading)) value = (spike.factor * value).array() + spike.size;
   return value;
 }
 

@@ -80,7 +80,7 @@ class InertialErrors {
  public:
   struct Spike {
     Span span;
-    double size = 0;
+    double size = 0, factor = 1;
   };
   InertialErrors(std::string sensor, const InertialErrorSizes& sizes, std::uint64_t seed,
                  std::vector<Spike> spikes, std::vector<Span> silences);

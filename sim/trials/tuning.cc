@@ -132,6 +132,8 @@ Judgment judge(const StartAndBest& holdout, Objective objective) {
                     score::mean(judgment.changes), pairs, judgment.test->low, judgment.test->high);
   else
     judgment.text += fmt::format(", {} of finished runs give no interval, expected at least 2", pairs);
+  if (judgment.verdict == Verdict::undecided)
+    judgment.text += "; add recordings to holdout and run the command again: it reuses the finished trials";
   if (judgment.newly_failed > 0)
     judgment.text += fmt::format("; {} of {} fail only with the best setting", judgment.newly_failed,
                                  files::counted(holdout.best.size(), "run"));
@@ -274,7 +276,10 @@ TuningResult tune(const Spec& spec, const fs::path& out, const RunTasks& run_tas
   const Found found = find(spec, log, run_tasks, show);
   show(1, "hold-out");
   const StartAndBest holdout = compare(Runs(spec, spec.holdout, run_tasks, log), found.start, found.best);
-  const Judgment judgment = judge(holdout, spec.objective);
+  Judgment judgment = judge(holdout, spec.objective);
+  if (found.best == found.start)
+    judgment.text = fmt::format("nothing better found: none of {} has a lower loss than the start",
+                                files::counted(found.tried, "setting"));
   const bool accepted = judgment.verdict == Verdict::better;
   log.sort();
   files::write_atomically(out / "history.csv", found.history);

@@ -82,6 +82,19 @@ TEST_F(ScriptedSlurm, AJobUnknownToSqueueHasEndedOnlyIfTheAccountingSaysSo) {
   EXPECT_EQ(shell("ls jobs").out, "1000\n1001.ended\n");
 }
 
+TEST_F(ScriptedSlurm, AFailureWithoutAMessageIsReportedAndACommandThatEndsNamesTheArrayThatRuns) {
+  const std::string record = "record walk.yaml --seeds 1,2 --backend slurm";
+  EXPECT_THAT(
+      on_slurm(record + " & until [ -e jobs.calls ]; do sleep 0.05; done; sleep 0.3; kill -TERM $!; wait $!",
+               "HELD=1")
+          .err,
+      Has("gaitslam: interrupted: ", "slurm job 1000 still runs; to end it: scancel 1000\n"));
+  write("bin/sbatch", "#!/bin/sh\nexit 3\n");
+  shell("rm -rf 'the cache' jobs jobs.calls");
+  EXPECT_THAT(on_slurm(record).ends(2).err,
+              Has("sbatch: failed without a message (exit status 3), expected the id of a job"));
+}
+
 TEST_F(ScriptedSlurm, SeedsOfARunFormOneArrayAndASingleRunNone) {
   ok("run walk.yaml --seeds 1,2 --out here");
   const Ran ran = on_slurm("run walk.yaml --seeds 1,2 --out there --backend slurm").ends(0);

@@ -1,5 +1,6 @@
 // The commands that judge results: regress and baseline for a suite, compare for two sets of results.
 #include <fmt/ranges.h>
+#include <unistd.h>
 
 #include <cstdlib>
 #include <fstream>
@@ -105,13 +106,19 @@ void report_verdicts(const Comparison& comparison, const VerdictRequest& request
 
 constexpr const char* kRegressExamples = R"(Examples:
   gaitslam regress scenarios/suites/ci.yaml --baseline main.json --seeds 1..10 --junit junit.xml
-  gaitslam regress scenarios/suites/ci.yaml slam.vision.sigma_px=2 --cached
-Verdicts: IDENTICAL: the same bits on every seed. SAME: the median change is within the tolerance. BETTER or FAIL: it is
-beyond the tolerance and significant. UNDECIDED: it is beyond the tolerance, but may be due to chance; add seeds. NEW or
-MISSING (a failure): only one of the sides has it. Significance is determined by the signed rank test, paired by seed, with
-Holm's correction over the gates of a scenario, at 5 %. With fewer than 8 seeds there is no test: the verdict is BETTER or
-FAIL if no seed is beyond the tolerance in the other direction. NEES and NIS are judged by their means over the seeds.
+  gaitslam regress scenarios/suites/ci.yaml --against ../base/tools/gaitslam --seeds 1..32 --jobs 2
+  gaitslam regress scenarios/suites/mine.yaml --audit
+Verdicts: IDENTICAL: the same bits on every seed. SAME: the change is within the tolerance. BETTER or FAIL: it is
+beyond the tolerance and significant. UNDECIDED: it is beyond the tolerance, but may be due to chance; more seeds decide. NEW
+or MISSING (a failure): only one of the sides has it. The change is the Hodges-Lehmann estimate over the paired seeds, as a
+percentage of the baseline's median; its interval covers the true change with the printed probability. Significance is
+determined by the signed rank test with Holm's correction over the gates of a scenario, at 5 %. With fewer than 8 seeds there
+is no test: the verdict is BETTER or FAIL if no seed is beyond the tolerance in the other direction. NEES and NIS are judged by
+their means over the seeds.
 Three seeds run first; if all their gated metrics are IDENTICAL, the suite passes. Otherwise all seeds run, as with --seeds.
+With --against, another build runs the same walks instead of a stored baseline, in alternation, on shared recordings if both
+builds would record the same. The estimator's CPU time per frame is then gated too (10 %). With --audit, three seeds are
+repeated with a reversed gyro, with noise x4, and without images; a gate that none of these moves is named (exit code 1).
 Exit codes: 0 as good as the baseline; 1 worse, undecided (unless --allow-undecided), or a limit is missed; 2 wrong
 usage, configuration or baseline; 3 a run ended in a way that its scenario does not allow.)";
 
@@ -126,21 +133,26 @@ struct SuiteRequest : OutRequest {
   std::vector<std::string> overrides;
   std::optional<std::string> seeds, baseline;
   std::optional<fs::path> results;  ///< existing <scenario>/seed-<n> to judge instead of running
+  std::optional<fs::path> against;  ///< another build, whose runs are the baseline
   Backend backend;
   bool cached = false;
 };
 
-/// One scenario of a suite and the results of its runs.
+/// One scenario of a suite and the results of its runs. entry: also has the overrides of the command.
 struct SuiteScenario {
   regression::SuiteEntry entry;
   scenario::ReadScenario read;
-  ScenarioResults results{};
+  fs::path folder;                                    ///< of its results
+  std::map<std::string, std::string> suite_config{};  ///< without the command's overrides
+  ScenarioResults results{}, before{};                ///< before: those of the other build
 };
 
 struct SuiteRun {
   std::string name;
   std::vector<std::uint64_t> seeds;
   std::vector<SuiteScenario> scenarios;
+  std::optional<double> consistent{};  ///< as in Suite
+  std::string other{}, other_key{};    ///< version of the other build, and a hash of its program
 };
 
 void add_suite_options(CLI::App& command, SuiteRequest& request) {
@@ -161,14 +173,38 @@ fs::path baseline_file(const SuiteRequest& request) {
          ".json";
 }
 
-/// Returns the command that stores a baseline for the same suite, seeds and settings.
-std::string update_command(const SuiteRequest& request) {
-  std::string command = "tools/gaitslam baseline update " + files::shell_word(request.suite.string());
+/// Returns the command that compares with another build, on enough seeds to decide.
+std::string remedy(const SuiteRequest& request, std::size_t seeds) {
+  std::string command =
+      fmt::format("{} regress {}", typed_program(), files::shell_word(request.suite.string()));
   for (const std::string& change : request.overrides) command += " " + files::shell_word(change);
-  if (request.seeds) command += " --seeds " + files::shell_word(*request.seeds);
-  if (request.baseline) command += " --baseline " + files::shell_word(*request.baseline);
-  if (request.results) command += " --results " + files::shell_word(request.results->string());
-  return command + " --reason WHY";
+  return fmt::format("{} --against {} --seeds 1..{}", command,
+                     files::shell_word(request.against.value_or("../base/tools/gaitslam").string()),
+                     seeds < 32 ? 32 : 2 * seeds);
+}
+
+/// Returns the first line that the other build prints as its version. Throws UsageError.
+std::string version_of(const fs::path& program) {
+  if (!fs::is_regular_file(program) || ::access(program.c_str(), X_OK) != 0)
+    throw UsageError("--against {}: {}, expected the gaitslam program of another build", program.string(),
+                     fs::exists(program) ? "cannot be executed" : "does not exist");
+  const ShellOutput said = run_shell(files::shell_word(fs::absolute(program).string()) + " --version");
+  if (said.status != 0 || !said.text.starts_with("gaitslam "))
+    throw UsageError("--against {}: --version fails, expected the gaitslam program of another build{}{}",
+                     program.string(), said.errors.empty() ? "" : ": ",
+                     said.errors.substr(0, said.errors.find('\n')));
+  return said.text.substr(0, said.text.find('\n'));
+}
+
+SuiteScenario planned(regression::SuiteEntry entry, const std::vector<std::string>& overrides,
+                      const fs::path& folder = {}) {
+  const auto suite_config = regression::config_of(scenario::read_scenario(entry.file, entry.changes));
+  auto& all = entry.changes.overrides;
+  all.insert(all.end(), overrides.begin(), overrides.end());
+  const scenario::ReadScenario read = scenario::read_scenario(entry.file, entry.changes);
+  const std::string& name = read.scenario.name;
+  const ScenarioResults none{name, regression::config_of(read), {}};
+  return {entry, read, folder / name, suite_config, none, none};
 }
 
 SuiteRun plan_suite(const SuiteRequest& request) {
@@ -176,39 +212,80 @@ SuiteRun plan_suite(const SuiteRequest& request) {
   for (const std::string& change : request.overrides)
     if (change.starts_with("seed=") || change.starts_with("name="))
       throw UsageError(change + ": the suite sets names and seeds, expected --seeds");
-  SuiteRun run{suite.name, parse_seeds(request.seeds.value_or(suite.seeds)), {}};
-  for (const regression::SuiteEntry& entry : suite.entries) {
-    scenario::Changes changes = entry.changes;
-    changes.overrides.insert(changes.overrides.end(), request.overrides.begin(), request.overrides.end());
-    const scenario::ReadScenario read = scenario::read_scenario(entry.file, changes);
-    run.scenarios.push_back({entry, read, {read.scenario.name, regression::config_of(read), {}}});
+  SuiteRun run{suite.name, parse_seeds(request.seeds.value_or(suite.seeds)), {}, suite.consistent};
+  for (const regression::SuiteEntry& entry : suite.entries)
+    run.scenarios.push_back(planned(entry, request.overrides));
+  if (request.against) {
+    run.other = version_of(*request.against);
+    run.other_key = result::job_key({run.other, files::read_text(*request.against)});
   }
   return run;
 }
 
+/// Returns the words of the command that runs one seed of a scenario as the suite does.
+std::vector<std::string> run_command(const SuiteScenario& scenario, std::uint64_t seed) {
+  std::vector<std::string> words{"run", scenario.entry.file.string(), fmt::format("seed={}", seed)};
+  for (const std::string& change : scenario.entry.changes.overrides) words.push_back(change);
+  for (const std::string& section : scenario.entry.changes.without)
+    words.insert(words.end(), {"--without", section});
+  return words;
+}
+
+/// Returns the same job for the other build. Its folder depends on everything that its result depends on.
+ResultJob by_other(ResultJob job, const SuiteScenario& scenario, const SuiteRun& run, const fs::path& other) {
+  job.program = fs::absolute(other);
+  job.command = run_command(scenario, job.seed());
+  const std::string key = result::job_key({run.other_key, inputs_of(scenario.read.scenario)});
+  job.folder = fs::path("against-" + key.substr(0, 8)) / scenario.folder;
+  return job;
+}
+
+constexpr const char* kCpuTime = "frame_cpu_ms_mean";
+const Gate kCpuGate{kCpuTime, 10, 0};
+
+/// Adds the CPU time that the estimator took, as a metric.
+void add_cpu_time(result::SeedScore& score, const fs::path& folder) {
+  if (!fs::exists(folder / "timing.json")) return;
+  if (const auto ms = files::read_json(folder / "timing.json").find(kCpuTime))
+    score.metrics.push_back({kCpuTime, "ms", ms->number()});
+}
+
 void run_jobs(const SuiteRequest& request, SuiteRun& run) {
   std::vector<ResultJob> jobs;
-  for (const SuiteScenario& s : run.scenarios) {
+  std::vector<ScenarioResults*> results;
+  for (SuiteScenario& s : run.scenarios) {
     const double walk_s =
         slam::seconds(result::plan_end(s.read.scenario.walk));  // every second of a walk costs the same
-    for (ResultJob& of_seed : jobs_of_seeds({s.read, s.read.scenario.name, {}, walk_s}, run.seeds))
-      jobs.push_back(std::move(of_seed));
+    for (const ResultJob& job : jobs_of_seeds({s.read, s.folder, {}, walk_s}, run.seeds)) {
+      jobs.push_back(job), results.push_back(&s.results);
+      if (!request.against) continue;
+      jobs.push_back(by_other(job, s, run, *request.against)), results.push_back(&s.before);
+      if (results.size() % 4 == 0)  // so that neither build always runs first
+        std::swap(jobs.back(), jobs[jobs.size() - 2]), std::swap(results.back(), results[jobs.size() - 2]);
+    }
   }
   const OutFolder out(request, fs::path("results") / ("regress-" + run.name), OutUse::adds_results);
   Backend backend = request.backend;
-  backend.seconds_each = request.cached ? 3 : 15;  // CPU time
+  const bool cached = request.cached || request.against;
+  backend.seconds_each = cached ? 3 : 15;  // CPU time
   const auto ends = make_results(
       jobs, out,
       {.models = standard_models(),
        .title = fmt::format("suite {}, {} of {}", run.name, files::counted(run.scenarios.size(), "scenario"),
                             files::counted(run.seeds.size(), "seed")),
        .backend = backend,
-       .cached = request.cached,
+       .cached = cached,
        .force = request.force,
        .must_start = true});
-  const std::vector<result::SeedScore> scores = read_scores(jobs, ends, out.path());
-  for (std::size_t i = 0; i < scores.size(); ++i)
-    run.scenarios[i / run.seeds.size()].results.seeds.push_back(scores[i]);
+  std::vector<result::SeedScore> scores = read_scores(jobs, ends, out.path());
+  bool by_other_build = false;
+  for (std::size_t i = 0; i < scores.size(); ++i) {
+    if (request.against && ends[i].finished) add_cpu_time(scores[i], out.path() / jobs[i].result());
+    by_other_build |= ends[i].finished && !jobs[i].program.empty();
+    results[i]->seeds.push_back(std::move(scores[i]));
+  }
+  if (request.against && !by_other_build)
+    throw UsageError("--against {}: left no result", request.against->string());
 }
 
 void run_suite(const SuiteRequest& request, SuiteRun& run) {
@@ -230,23 +307,52 @@ void run_suite(const SuiteRequest& request, SuiteRun& run) {
     }
 }
 
-/// Returns the command that runs one seed of a scenario as the suite does.
-std::string repro(const SuiteRequest& request, const SuiteScenario& scenario, std::uint64_t seed) {
-  std::string command =
-      fmt::format("tools/gaitslam run {} seed={}", files::shell_word(scenario.entry.file.string()), seed);
-  for (const auto* changes : {&scenario.entry.changes.overrides, &request.overrides})
-    for (const std::string& change : *changes) command += " " + files::shell_word(change);
-  for (const std::string& section : scenario.entry.changes.without) command += " --without " + section;
+std::string repro(const SuiteScenario& scenario, std::uint64_t seed) {
+  std::string command = typed_program();
+  for (const std::string& word : run_command(scenario, seed)) command += " " + files::shell_word(word);
   return command;
+}
+
+/// Throws ConfigError at a gate of the suite's file for which no run has a value, unless no run has any.
+void require_values(const SuiteScenario& s, const ScenarioVerdict& verdict) {
+  const auto is_scored = [](const result::SeedScore& seed) { return !seed.metrics.empty(); };
+  const auto scored = std::ranges::find_if(s.results.seeds, is_scored);
+  if (scored == s.results.seeds.end()) return;
+  for (const scenario::Yaml& name : s.entry.at.keys) {
+    const auto of = [&](const auto& item) { return item.name == name.text; };
+    const bool is_gate = std::ranges::count(s.entry.gates, name.text, &Gate::metric) > 0,
+               judged = std::ranges::any_of(verdict.metrics,
+                                            [&](const auto&m) { return m.gate.metric == name.text; });
+    if (!is_gate || judged) continue;
+    const auto metric = std::ranges::find_if(scored->metrics, of);
+    scenario::fail(name, "gate." + name.text,
+                   "no run of {} has a value{}, expected a metric that its runs have", s.read.scenario.name,
+                   metric == scored->metrics.end() || metric->reason.empty()
+                       ? ""
+                       : fmt::format(" ({})", metric->reason));
+  }
+  if (verdict.metrics.empty())
+    scenario::fail(s.entry.at, "gate", "missing, and no run of {} has a value of a default gate",
+                   s.read.scenario.name);
 }
 
 Comparison compare_with(const std::vector<ScenarioResults>& baseline, const SuiteRun& run,
                         const SuiteRequest& request, const std::string& title) {
   Comparison comparison{title, {}, false};
   for (const SuiteScenario& s : run.scenarios) {
-    auto& verdict = comparison.scenarios.emplace_back(verdict_of(baseline, s.results, s.entry.gates));
+    auto& verdict = comparison.scenarios.emplace_back(
+        request.against ? regression::compare(s.before, s.results, s.entry.gates)
+                        : verdict_of(baseline, s.results, s.entry.gates));
+    require_values(s, verdict);
+    if (request.against)  // apart from the other gates, which Holm's correction counts
+      for (const auto& cpu : regression::compare(s.before, s.results, {kCpuGate}).metrics)
+        verdict.metrics.push_back(cpu);
     verdict.limits = regression::judge_limits(s.read.scenario, s.results.seeds, s.entry.expects_missed);
-    verdict.repro = [&](std::uint64_t seed) { return repro(request, s, seed); };
+    if (run.consistent && !s.entry.expects_missed)
+      for (auto& row : regression::judge_consistency(s.results.seeds, *run.consistent))
+        verdict.limits.push_back(std::move(row));
+    verdict.repro = [&](std::uint64_t seed) { return repro(s, seed); };
+    verdict.remedy = remedy(request, run.seeds.size());
     verdict.file = s.entry.file.string();
   }
   add_missing(comparison, baseline, regression::default_gates());
@@ -257,26 +363,26 @@ Comparison compare_with(const std::vector<ScenarioResults>& baseline, const Suit
 
 struct RegressRequest : SuiteRequest {
   VerdictRequest verdicts;
-  bool github = false;
+  bool github = false, audit = false;
 };
 
 /// Throws UsageError unless the baseline contains the same configurations and all seeds of the run.
-void require_comparable(const Baseline& baseline, const SuiteRun& run, const RegressRequest& request,
+void require_comparable(const Baseline& baseline, const SuiteRun& run, const SuiteRequest& request,
                         const std::string& file) {
+  const std::string other = remedy(request, run.seeds.size());
   for (const SuiteScenario& scenario : run.scenarios) {
     const std::string& name = scenario.read.scenario.name;
     const ScenarioResults* before = baseline.find(name);
     if (!before) continue;
-    const auto differences = regression::config_differences(
-        before->config,
-        regression::config_of(scenario::read_scenario(scenario.entry.file, scenario.entry.changes)));
+    const auto differences = regression::config_differences(before->config, scenario.suite_config);
     if (!differences.empty())
-      throw UsageError("{}: the configuration of {} differs from the baseline {}: {}; '{}' stores it",
-                       scenario.entry.file.string(), name, file, fmt::join(differences, "; "),
-                       update_command(request));
+      throw UsageError(
+          "{}: the configuration of {} differs from the baseline {}: {}; '{}' compares with another build",
+          scenario.entry.file.string(), name, file, fmt::join(differences, "; "), other);
     for (const std::uint64_t seed : run.seeds)
       if (!before->find(seed))
-        throw UsageError("{}: has no seed {} of {}; '{}' adds it", file, seed, name, update_command(request));
+        throw UsageError("{}: has no seed {} of {}; '{}' compares with another build", file, seed, name,
+                         other);
   }
 }
 
@@ -288,24 +394,88 @@ bool is_identical(const Comparison& comparison) {
   return regression::exit_code(comparison) == 0 &&
          std::ranges::all_of(comparison.scenarios, [](const ScenarioVerdict& scenario) {
            return std::ranges::all_of(scenario.metrics, [](const regression::MetricVerdict& metric) {
-             return metric.verdict == regression::Verdict::identical;
+             return metric.verdict == regression::Verdict::identical || metric.gate == kCpuGate;
            });
          });
 }
 
+constexpr std::array kDisturbances{"gyro_reversed", "noise_x4", "no_images"};
+
+/// Returns the overrides of a disturbance, an error of the sensors that a suite should notice.
+std::vector<std::string> overrides_of(std::string_view disturbance, const scenario::Scenario& scenario) {
+  if (disturbance == "gyro_reversed")
+    return {"errors.faults=[{gyro_scaled: {duration_s: 1000000, factor: -1}}]"};
+  if (disturbance == "no_images") return {"errors.image.loss_fraction=1"};
+  std::vector<std::string> all;
+  for (const char* key :
+       {"errors.gyro.sigma_rad_s", "errors.accelerometer.sigma_m_s2", "errors.image.read_sigma_gray",
+        "errors.image.shot_sigma_gray", "errors.leg_odometry.sigma_m"})
+    all.push_back(
+        fmt::format("{}={}", key, 4 * files::parse_finite(scenario::find_key(key)->print(scenario)).value()));
+  return all;
+}
+
+/// Runs the suite with each disturbance and prints which gates it moves. Returns 1 if a gate is never moved.
+int audit(const SuiteRequest& request, SuiteRun run) {
+  const std::size_t n = run.scenarios.size();
+  for (const char* disturbance : kDisturbances)
+    for (std::size_t i = 0; i < n; ++i) {
+      const SuiteScenario& plain = run.scenarios[i];
+      run.scenarios.push_back(planned(plain.entry, overrides_of(disturbance, plain.read.scenario),
+                                      fs::path("audit") / disturbance));
+    }
+  run_suite(request, run);
+  std::string text = fmt::format("gaitslam regress: audit of suite {}, {}\n", run.name,
+                                 files::counted(run.seeds.size(), "seed")),
+              unmoved;
+  for (std::size_t i = 0; i < n; ++i) {
+    const SuiteScenario& plain = run.scenarios[i];
+    text += fmt::format("\n{:<34}", plain.results.name);
+    for (const char* disturbance : kDisturbances) text += fmt::format(" {:>14}", disturbance);
+    for (const Gate& gate : plain.entry.gates) {
+      bool moved = false;
+      text += fmt::format("\n  {:<32}", gate.metric);
+      for (std::size_t k = 1; k <= kDisturbances.size(); ++k) {
+        const auto found =
+            regression::compare(plain.results, run.scenarios[k * n + i].results, {gate}).metrics;
+        using enum regression::Verdict;
+        const auto verdict = found.empty() ? identical : found[0].verdict;
+        moved |= verdict != identical && verdict != same;
+        text += fmt::format(" {:>14}", regression::word(verdict));
+      }
+      if (!moved)
+        unmoved += fmt::format("{}: {}: no disturbance moves this gate\n", plain.results.name, gate.metric);
+    }
+    text += '\n';
+  }
+  text_out() << text << (unmoved.empty() ? "\neach gate is moved\n" : "\n" + unmoved);
+  return unmoved.empty() ? 0 : 1;
+}
+
 int regress(RegressRequest& request) {
   require_replaceable(request.verdicts);
-  const std::string file = baseline_file(request).string();
-  SuiteRun run = plan_suite(request);
-  if (!fs::exists(file)) throw UsageError("{}: does not exist; '{}' makes it", file, update_command(request));
-  const Baseline baseline = regression::read_baseline(file);
-  require_comparable(baseline, run, request, file);
-  const std::string title = fmt::format("gaitslam regress: suite {} against {} (revision {})", run.name, file,
-                                        baseline.history.empty() ? "?" : baseline.history.back().revision);
-  SuiteRun first = run;
+  SuiteRun run = plan_suite(request), first = run;
+  first.seeds.resize(std::min(run.seeds.size(), kFirstSeeds));
+  if (request.audit) {
+    request.cached = true;
+    return audit(request, request.seeds ? run : first);
+  }
+  Baseline baseline;
+  std::string title = fmt::format("gaitslam regress: suite {} against ", run.name);
+  if (request.against) {
+    title += fmt::format("{} ({})", request.against->string(), run.other);
+  } else {
+    const std::string file = baseline_file(request).string();
+    if (!fs::exists(file))
+      throw UsageError("{}: does not exist; '{}' compares with another build", file,
+                       remedy(request, run.seeds.size()));
+    baseline = regression::read_baseline(file);
+    require_comparable(baseline, run, request, file);
+    title += fmt::format("{} (revision {})", file,
+                         baseline.history.empty() ? "?" : baseline.history.back().revision);
+  }
   std::optional<Comparison> found;
-  if (!request.seeds && !request.results && run.seeds.size() > kFirstSeeds) {
-    first.seeds.resize(kFirstSeeds);
+  if (!request.seeds && !request.results && first.seeds != run.seeds) {
     run_suite(request, first);
     found =
         compare_with(baseline.scenarios, first, request,
@@ -464,7 +634,7 @@ int compare(CompareRequest& request) {
     verdict.repro = [&](std::uint64_t seed) {
       const fs::path one = set.folder / fmt::format("seed-{}", seed),
                      result = fs::exists(one) ? one : request.after;
-      return "tools/gaitslam run " + files::shell_word((result / "scenario.yaml").string());
+      return typed_program() + " run " + files::shell_word((result / "scenario.yaml").string());
     };
   }
   add_missing(comparison, baseline, gates);
@@ -482,6 +652,11 @@ void add_regress(CLI::App& app, int& exit_code) {
   add_suite_options(command, request);
   add_verdict_options(command, request.verdicts);
   command.add_flag("--github", request.github, "annotate the log and the summary of a GitHub Actions job");
+  command.add_option("--against", request.against, "compare with the runs of another build's program")
+      ->option_text("PROGRAM")
+      ->excludes("--baseline", "--results");
+  command.add_flag("--audit", request.audit, "name gates that no built-in disturbance moves")
+      ->excludes("--against", "--results", "--junit", "--markdown", "--json", "--github");
 }
 
 void add_baseline(CLI::App& app, int& exit_code) {

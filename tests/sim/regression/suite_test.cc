@@ -31,6 +31,7 @@ TEST_F(SuiteTest, TheShippedSuitesAreValid) {
 TEST_F(SuiteTest, HasScenariosWithChangesAndGates) {
   const Suite suite = read(R"(
 seeds: 1..3
+consistent: 1.5
 scenarios:
   - scenario: ../walk.yaml
     set: [walk.step_length_m=0.1]
@@ -39,6 +40,7 @@ scenarios:
 )");
   EXPECT_EQ(suite.name, "ci");
   EXPECT_EQ(suite.seeds, "1..3");
+  EXPECT_EQ(suite.consistent, 1.5);
   ASSERT_EQ(suite.entries.size(), 2u);
   EXPECT_EQ(suite.entries[0].file, folder_ / "walk.yaml");
   EXPECT_THAT(suite.entries[0].changes.overrides, ElementsAre("walk.step_length_m=0.1"));
@@ -59,6 +61,7 @@ TEST_F(SuiteTest, ErrorsAreReportedWithTheirPlace) {
            {"seeds: 1\nscenarios: [{scenraio: x}]\n",
             "ci.yaml:2:14: scenraio: unknown key; did you mean 'scenario'?"},
            {"seed: 1\n", "did you mean 'seeds'?"},
+           {"consistent: 0.5\n", "ci.yaml:1:13: consistent: "},
            {one + "gate: {rmse_m: {relative: 1}}}]\n",
             ": relative: unknown key, expected one of percent, absolute"},
            {"[]\n", "expected a suite"},

@@ -221,6 +221,27 @@ TEST(Significance, ExactAndApproximateWilcoxonAgree) {
   EXPECT_NE(p(50), by_approximation);
 }
 
+TEST(Significance, HodgesAndLehmannsIntervalEndsWhereTheSignedRankTestRejects) {
+  // Darwin's maize (Hollander & Wolfe 1999): the median of 120 Walsh averages; 1 - 2 P(W <= 25) = 95.2 %.
+  const Shift maize = hodges_lehmann({6, 8, 14, 16, 23, 24, 28, 29, 41, -48, 49, 56, 60, -67, 75});
+  EXPECT_DOUBLE_EQ(maize.estimate, 25);
+  EXPECT_NEAR(maize.coverage, 1 - 2 * 785 / 32768.0, 1e-15);
+  EXPECT_FALSE(hodges_lehmann({1, 2, 3, 4, 5}).interval);  // 2/32 > 5 %
+  EXPECT_EQ(hodges_lehmann({6, 5, 4, 3, 2, 1}).interval, std::pair(1.0, 6.0));
+  for (const int n : {6, 8, 12, 16}) {
+    Numbers values;
+    for (int i = 0; i < n; ++i) values.push_back(std::sin(7.0 * i));  // no two averages are equal
+    const Shift shift = hodges_lehmann(values);
+    for (const auto& [end, inside] :
+         {std::pair(shift.interval->first, 1e-9), {shift.interval->second, -1e-9}})
+      for (const double off : {inside, -inside}) {
+        Numbers shifted = values;
+        for (double& value : shifted) value -= end + off;
+        EXPECT_EQ(wilcoxon_signed_rank(shifted) > 1 - shift.coverage + 1e-12, off == inside) << n;
+      }
+  }
+}
+
 TEST(Significance, HolmAdjustsInOrderOfSizeAndNeverDecreases) {
   EXPECT_THAT(holm({0.01, 0.04, 0.03, 0.005}),
               ElementsAre(DoubleEq(0.03), DoubleEq(0.06), DoubleEq(0.06), DoubleEq(0.02)));

@@ -234,12 +234,17 @@ TEST(Faults, CoverThePictureWithAStationaryPoster) {
   EXPECT_GT(sd[0], 20);  // textured: landmarks would stick to it
 }
 
-TEST(Faults, SilenceAndSpikeOnlyOneInertialSensor) {
+TEST(Faults, SilenceSpikeAndFactorAffectOnlyOneInertialSensor) {
   const auto silent = arrived_with({during<GyroSilent>(kFrom, kFor)}, 8);
   EXPECT_EQ(silent[2].gyro.size(), 6u);
   EXPECT_LT(silent[3].gyro.size(), 6u);
   EXPECT_TRUE(silent[4].gyro.empty());
   EXPECT_EQ(silent[4].accelerometer.size(), 6u);
+  GyroScaled reversed = during<GyroScaled>(kFrom, kFor);
+  reversed.factor = -1;
+  const auto turned = arrived_with({reversed}, 8);
+  EXPECT_EQ(turned[2].gyro[0].value, observation(2).gyro[0].value);
+  EXPECT_EQ(turned[4].gyro[0].value, -observation(4).gyro[0].value);
   AccelerometerSpike spike;
   spike.from_s = 0.121;
   const auto hit = arrived_with({spike}, 8);

@@ -144,11 +144,11 @@ TEST_F(Tunings, GiveTheSameAnswerInAnyOrderOfTheTasksAndFromAPartOfTheLog) {
 }
 
 TEST_F(Tunings, AreAcceptedOnlyByTheIntervalOfTheirPairs) {
-  const auto judged = [](const std::string& holdout) {
+  const auto judged = [](const std::string& holdout,
+                         const std::string& range = "slam.vision.sigma_px: {from: 0.1, to: 30, start: 20}") {
     std::ofstream(folder_ / "judged.yaml")
-        << "parameters: {slam.vision.sigma_px: {from: 0.1, to: 30, start: 20}}\n"
-           "training: [{recordings: walks, seeds: 1}]\nholdout: [{recordings: walks, " +
-               holdout + "}]\ntrials: 7\npopulation: 5\n";
+        << "parameters: {" + range + "}\ntraining: [{recordings: walks, seeds: 1}]\n" +
+               "holdout: [{recordings: walks, " + holdout + "}]\ntrials: 7\npopulation: 5\n";
     const TuningResult result = tuned(read_spec(folder_ / "judged.yaml"), "judged");
     const nlohmann::json change = tests::json_of(folder_ / "judged/tune.json")["change"];
     EXPECT_EQ(result.accepted, change["verdict"] == "better");
@@ -161,7 +161,12 @@ TEST_F(Tunings, AreAcceptedOnlyByTheIntervalOfTheirPairs) {
   EXPECT_EQ(better["verdict"], "better") << better;
   EXPECT_EQ(better["pairs"], 2);
   EXPECT_LT(better["interval_95"][1], 0);
-  EXPECT_EQ(judged("seeds: 2")["verdict"], "undecided") << "one pair has no interval";
+  const nlohmann::json one = judged("seeds: 2");
+  EXPECT_EQ(one["verdict"], "undecided") << "one pair has no interval";
+  EXPECT_THAT(one["text"], HasSubstr("add recordings to holdout and run the command again: it reuses"));
+  EXPECT_EQ(
+      judged("seeds: 2..3", "slam.known_landmarks.sigma_m: {from: 0.001, to: 0.1, start: 0.005}")["text"],
+      "nothing better found: none of 7 settings has a lower loss than the start");
 }
 
 TEST_F(Tunings, LeaveAnOverlayWithTheBestValuesIfBetterOnTheHoldout) {

@@ -22,6 +22,13 @@ class TemporaryFolder {
   files::AtomicFolder folder_;  ///< never committed
 };
 
+/// Standard output, standard error and exit status of a shell command.
+struct ShellOutput {
+  std::string text, errors;
+  int status = 0;
+};
+ShellOutput run_shell(const std::string& command);
+
 /// Makes the kernel kill this process when its parent ends; for processes started with --die-with-parent.
 void die_with(pid_t parent);
 
@@ -41,6 +48,7 @@ struct Job {
   std::map<std::string, std::string, std::less<>> origin{};  ///< origins of the scenario's keys
   fs::path recording{};  ///< the recording that a batched job reads; empty: one in the cache
   double cost = 1;       ///< relative to the other jobs, for the progress
+  fs::path program{};    ///< another build of this program; empty: this one
 };
 void write_jobs(const fs::path& file, const std::vector<Job>& jobs);
 std::vector<Job> jobs_in(const fs::path& file);

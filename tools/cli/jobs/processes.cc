@@ -67,7 +67,9 @@ pid_t spawn(const Process& process) {
   posix_spawn_file_actions_addopen(&files, STDOUT_FILENO, process.file(".out").c_str(), kWrite, 0600);
   posix_spawn_file_actions_addopen(&files, STDERR_FILENO, process.file(".err").c_str(), kWrite, 0600);
   pid_t id = 0;
-  const int fault = posix_spawn(&id, "/proc/self/exe", &files, nullptr, argv.data(), environment.data());
+  const fs::path& other = process.jobs.front().program;
+  const int fault = posix_spawn(&id, other.empty() ? "/proc/self/exe" : other.c_str(), &files, nullptr,
+                                argv.data(), environment.data());
   posix_spawn_file_actions_destroy(&files);
   if (fault != 0) throw std::system_error(fault, std::generic_category(), "cannot start a process");
   return id;
@@ -188,6 +190,7 @@ void fail_by_device(std::string_view complaint) {
   complaint = complaint.substr(0, complaint.find_last_not_of('\n') + 1);
   complaint = complaint.substr(complaint.rfind('\n') + 1);
   if (complaint.starts_with(kProgramPrefix)) complaint.remove_prefix(kProgramPrefix.size());
+  if (complaint.empty()) complaint = "a disk is full, probably that of TMPDIR, or a device failed";
   throw files::DeviceError(
       fmt::format("{}; finished results are kept, rerun the command to resume", complaint));
 }
@@ -202,7 +205,8 @@ void write_jobs(const fs::path& file, const std::vector<Job>& jobs) {
                               {"scenario", job.scenario},
                               {"origin", job.origin},
                               {"recording", job.recording.string()},
-                              {"cost", job.cost}}) +
+                              {"cost", job.cost},
+                              {"program", job.program.string()}}) +
             '\n';
   files::write_atomically(file, text);
 }
@@ -213,7 +217,8 @@ std::vector<Job> jobs_in(const fs::path& file) {
     const files::Json job(file, line);
     jobs.push_back({job.at("key").text(), job.at("seed").whole(), job.at("words").value(),
                     job.at("batched").flag(), job.at("scenario").value(), job.at("origin").value(),
-                    job.at("recording").value().get<std::string>(), job.at("cost").number()});
+                    job.at("recording").value().get<std::string>(), job.at("cost").number(),
+                    job.at("program").value().get<std::string>()});
   }
   return jobs;
 }

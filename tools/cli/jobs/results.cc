@@ -3,6 +3,7 @@
 #include <fmt/ranges.h>
 
 #include <iostream>
+#include <set>
 
 #include "sim/files/hash.h"
 #include "sim/scenario/keys.h"
@@ -22,7 +23,7 @@ std::string key_of(const ResultJob& job, const std::string& models_hash, bool ca
   const std::string recording = job.recording ? fs::weakly_canonical(*job.recording).string() : "";
   return result::job_key({program_identity(), models_hash, cached ? "cached" : "",
                           inputs_of(job.read.scenario), job.result(),
-                          fmt::format("{}", fmt::join(job.command, "\n")), recording});
+                          fmt::format("{}", fmt::join(job.command, "\n")), recording, job.program.string()});
 }
 
 Job process_of(const ResultJob& job, const fs::path& out, const ResultOptions& options,
@@ -32,10 +33,12 @@ Job process_of(const ResultJob& job, const fs::path& out, const ResultOptions& o
               .words = job.command,
               .scenario = scenario::to_yaml(job.read.scenario),
               .origin = job.read.origin,
-              .cost = job.cost};
+              .cost = job.cost,
+              .program = job.program};
   std::vector<std::string>& words = process.words;
   if (!job.command.empty())
-    process.scenario.clear(), words.insert(words.end(), {"--out", out.string()});
+    process.scenario.clear(),
+        words.insert(words.end(), {"--out", (job.program.empty() ? out : out / job.folder).string()});
   else if (job.recording)
     words = {"replay",     job.recording->string(), "--out", (out / job.result()).string(), "--scenario",
              kScenarioFile};
@@ -59,6 +62,7 @@ std::string scenario_difference(const scenario::Scenario& there, const scenario:
 /// the sources were modified since the revision, the result must be newer than the program.
 std::optional<std::string> difference(const fs::path& folder, const ResultJob& job,
                                       const std::string& models_hash) try {
+  if (!job.program.empty() && result::is_result(folder)) return std::nullopt;
   const result::About made = result::read_about(folder / "about.json");
   const std::string revision = kRevision;
   const result::Provenance there = result::provenance_of(folder),
@@ -104,9 +108,16 @@ void print_complaints(const std::vector<ResultJob>& jobs, const std::vector<Resu
   std::map<std::pair<std::string, std::string>, std::vector<std::uint64_t>> seeds;
   for (std::size_t i = 0; i < jobs.size(); ++i)
     if (ends[i].exit_code > 1) seeds[{jobs[i].folder, ends[i].complaint}].push_back(jobs[i].seed());
-  for (const auto& [what, of] : seeds)
-    std::cerr << fmt::format("{}{}seed{} {}: {}", what.first, what.first.empty() ? "" : " ",
-                             of.size() > 1 ? "s" : "", fmt::join(of, ", "), what.second);
+  std::set<std::string> shown;  // the last lines of failed programs, which name the exceptions
+  for (const auto& [what, of] : seeds) {
+    const auto& [folder, complaint] = what;
+    const std::size_t end = complaint.find(result::kLastLines);
+    const bool is_new =
+        end == complaint.npos ||
+        shown.insert(folder + complaint.substr(std::max(end + 1, complaint.rfind(" | ") + 1))).second;
+    std::cerr << fmt::format("{}{}seed{} {}: {}", folder, folder.empty() ? "" : " ", of.size() > 1 ? "s" : "",
+                             fmt::join(of, ", "), is_new ? complaint : complaint.substr(0, end) + "\n");
+  }
 }
 
 }  // namespace
@@ -224,7 +235,8 @@ std::vector<ResultEnd> make_results(const std::vector<ResultJob>& jobs, const Ou
   });
   for (std::size_t i = 0; i < jobs.size(); ++i)
     if (options.must_start && ends[i].exit_code == 2)
-      throw UsageError("seed {}: {}", jobs[i].seed(), ends[i].complaint);
+      throw UsageError("{}seed {}: {}", jobs[i].program.empty() ? "" : jobs[i].program.string() + ": ",
+                       jobs[i].seed(), ends[i].complaint);
   print_complaints(jobs, ends);
   return ends;
 }

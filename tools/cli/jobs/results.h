@@ -48,6 +48,8 @@ struct ResultJob {
   double cost = 1;                      ///< relative to the other jobs
   /// Its command line up to --out; empty: a run, or a replay of the recording.
   std::vector<std::string> command{};
+  fs::path
+      program{};  ///< another build of this program, whose results are kept if they exist; empty: this one
 
   std::uint64_t seed() const { return read.scenario.seed; }
   /// Returns the path of the result relative to the command's folder: <folder>/seed-<n>.

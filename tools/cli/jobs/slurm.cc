@@ -1,4 +1,5 @@
 #include <fmt/ranges.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -16,21 +17,6 @@ constexpr double kElementSeconds = 30;  // shorter elements are not worth the co
 constexpr int kSubmissions = 3, kRestarts = 10;
 constexpr std::size_t kMostElements = 1000;          // limited by Slurm's default MaxArraySize, 1001
 constexpr int kMostUnanswered = 60, kPatience = 10;  // ten minutes: that many polls are skipped each time
-
-/// Standard output, standard error and exit status of a shell command.
-struct ShellOutput {
-  std::string text, errors;
-  int status = 0;
-};
-
-ShellOutput run_shell(const std::string& command) {
-  const TemporaryFolder scratch;
-  const std::string text = (scratch / "text").string(), errors = (scratch / "errors").string();
-  std::FILE* const shell = ::popen(
-      fmt::format("{} >{} 2>{}", command, files::shell_word(text), files::shell_word(errors)).c_str(), "w");
-  const int status = shell ? ::pclose(shell) : -1;
-  return {files::read_text(text), files::read_text(errors), status};
-}
 
 /// Returns the job in the output of `sbatch --parsable`, if any: a line "1000", or "1000;alpha" for another
 /// cluster of a federation.
@@ -154,6 +140,9 @@ class Array {
     if (printed.status != 0 || !job) {
       std::string why = printed.errors + printed.text;
       std::replace(why.begin(), why.end(), '\n', ' ');
+      if (why.empty())
+        why = fmt::format("failed without a message (exit status {}), expected the id of a job",
+                          WEXITSTATUS(printed.status));
       throw UsageError("sbatch: " + why);
     }
     files::write_atomically(folder_ / "job", *job);
@@ -194,7 +183,11 @@ void wait_for(Array& array, const std::vector<Job>& jobs, const ShowPart& show, 
   for (int unanswered = 0;;) {
     const Seen seen = look_up(job);
     array.read_records(on_records);
-    if (seen.presence == Seen::Presence::ended || jobs.empty()) return;
+    const bool ended = seen.presence == Seen::Presence::ended;
+    OnInterrupt::add(ended ? ""
+                           : fmt::format("slurm job {} still runs; to end it: scancel {}\n", named(job),
+                                         selected(job, "")));
+    if (ended || jobs.empty()) return;
     unanswered = seen.presence == Seen::Presence::unknown ? unanswered + 1 : 0;
     if (unanswered > kMostUnanswered)
       throw UsageError(
@@ -211,6 +204,15 @@ void wait_for(Array& array, const std::vector<Job>& jobs, const ShowPart& show, 
 }
 
 }  // namespace
+
+ShellOutput run_shell(const std::string& command) {
+  const TemporaryFolder scratch;
+  const std::string text = (scratch / "text").string(), errors = (scratch / "errors").string();
+  std::FILE* const shell = ::popen(
+      fmt::format("{} >{} 2>{}", command, files::shell_word(text), files::shell_word(errors)).c_str(), "w");
+  const int status = shell ? ::pclose(shell) : -1;
+  return {files::read_text(text), files::read_text(errors), status};
+}
 
 int run_element(ElementRequest& request) {
   const auto element = files::parse_number<std::size_t>(setting("SLURM_ARRAY_TASK_ID"));

@@ -14,11 +14,12 @@ namespace cli {
 namespace {
 
 Output chosen = Output::text;
-std::string typed_command = "gaitslam";
+std::string program = "gaitslam", typed_command = program;
 
 // Filled before the handler is installed, because the handler may call only async-signal-safe functions.
 std::array<char, 8192> text_at_interrupt;
 volatile sig_atomic_t text_bytes = 0;
+std::size_t own_bytes = 0;  // without what add() added
 
 extern "C" void print_and_end(int signal_number) {
   [[maybe_unused]] const ssize_t n =
@@ -58,19 +59,27 @@ bool colors() {
 
 void remember_command(int argc, char** argv) {
   const char* const launcher = std::getenv("GAITSLAM_TYPED_AS");  // set by tools/gaitslam
-  typed_command = files::shell_word(launcher ? launcher : argv[0]);
+  typed_command = program = files::shell_word(launcher ? launcher : argv[0]);
   for (int i = 1; i < argc; ++i) typed_command += " " + files::shell_word(argv[i]);
 }
 
+const std::string& typed_program() { return program; }
+
 OnInterrupt::OnInterrupt(const std::string& kept) {
-  const std::string text = fmt::format("{}gaitslam: interrupted: {}:\n  {}\n",
-                                       isatty(STDERR_FILENO) == 1 ? "\n" : "", kept, typed_command);
-  const std::size_t bytes = std::min(text.size(), text_at_interrupt.size());
-  std::copy_n(text.begin(), bytes, text_at_interrupt.begin());
-  text_bytes = static_cast<sig_atomic_t>(bytes);
+  own_bytes = 0;
+  add(fmt::format("{}gaitslam: interrupted: {}:\n  {}\n", isatty(STDERR_FILENO) == 1 ? "\n" : "", kept,
+                  typed_command));
+  own_bytes = static_cast<std::size_t>(text_bytes);
   exchange_handlers(SIG_DFL, print_and_end);
 }
 
 OnInterrupt::~OnInterrupt() { exchange_handlers(print_and_end, SIG_DFL); }
+
+void OnInterrupt::add(const std::string& text) {
+  const std::size_t bytes = std::min(text.size(), text_at_interrupt.size() - own_bytes);
+  text_bytes = static_cast<sig_atomic_t>(own_bytes);  // a signal meanwhile prints only what was there before
+  std::copy_n(text.begin(), bytes, text_at_interrupt.begin() + static_cast<std::ptrdiff_t>(own_bytes));
+  text_bytes = static_cast<sig_atomic_t>(own_bytes + bytes);
+}
 
 }  // namespace cli

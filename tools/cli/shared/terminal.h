@@ -47,6 +47,8 @@ bool colors();
 
 /// Stores the command line as the user typed it; called by main.
 void remember_command(int argc, char** argv);
+/// Returns the program as the user typed it, as a word for a shell.
+const std::string& typed_program();
 
 /// While an object lives, SIGINT (Ctrl-C), SIGTERM and SIGHUP print what the command keeps and the command
 /// line that resumes it, and then end the process as usual. Only one object may exist at a time.
@@ -55,6 +57,8 @@ class OnInterrupt {
   /// kept: says what is kept, and what the command line printed after it does.
   explicit OnInterrupt(const std::string& kept);
   ~OnInterrupt();
+  /// Sets the text that follows, which may be empty.
+  static void add(const std::string& text);
   OnInterrupt(const OnInterrupt&) = delete;
   OnInterrupt& operator=(const OnInterrupt&) = delete;
 };
