@@ -104,6 +104,8 @@ TEST_F(Cli, EachCommandReportsWrongInput) {
        {"report result --table none/t.csv",
         "--table none/t.csv: the folder none does not exist; create it first, or choose another file"},
        {"report result", "--out: is missing"},
+       {"report result --table t.md --metrics ate_se3_rmse", "; did you mean 'ate_se3_rmse_m'?"},
+       {"report result --table t.md --metrics rmse_m,rmse_m", "--metrics: rmse_m is given twice"},
        {"report result --table t.xls", "--table t.xls: expected a name ending in .csv, .md or .tex"},
        {"report result --out none/r.html", "--out none/r.html: the folder none does not exist"},
        {"report result --force --out pipe/score.json", "cannot be written: it is not a regular file"},

@@ -332,10 +332,10 @@ TEST_F(ExternalEstimator, EstimatorsAreShownSideBySideAndScenariosSeparately) {
   ok("run other.yaml --out tree/hall");
   ok("report tree tree/filter --table t.csv --out t.html");
   EXPECT_THAT(text_of("t.csv"),
-              Has("\nother,filter,plan,hrp2,,1,1,1,rmse_m,", "\nwalk,filter,plan,hrp2,,2,2,1,rmse_m,",
-                  "\nwalk,plan_alone,plan,hrp2,,2,2,1,rmse_m,"));
+              Has("\nother,,filter,plan,hrp2,,1,1,1,rmse_m,", "\nwalk,,filter,plan,hrp2,,2,2,1,rmse_m,",
+                  "\nwalk,,plan_alone,plan,hrp2,,2,2,1,rmse_m,"));
   EXPECT_THAT(text_of("t.html"),
-              Has("<h2>other: all runs</h2>", "<th>estimator</th><th class='number'>completed</th>"));
+              Has("<h2>other: all runs</h2>", "<th>estimator</th><th class='number'>ATE [mm]"));
   expect_refused("report tree --table t.csv", "already exists; --force replaces it");
 
   EXPECT_THAT(gaitslam("compare tree/filter tree/plan").out,
