@@ -112,7 +112,7 @@ class RunSections {
                           escaped(run_.about.alignment));
     html += "</p>";
     for (const std::string& remark : noise_remarks(run_))
-      html += fmt::format("<p><b class='bad'>Inconsistent</b> {}.</p>", escaped(remark));
+      html += fmt::format("<p><b class='bad'>Inconsistent:</b> {}.</p>", escaped(remark));
     return html + cards() + limits_table();
   }
 
