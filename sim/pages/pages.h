@@ -33,15 +33,28 @@ std::vector<Figure> run_figures(const RunData& run);
 /// CPU time by setting. Estimators are never pooled; a scenario with fewer than two runs has no figures.
 std::vector<std::pair<std::string, std::vector<Figure>>> comparison_figures(const std::vector<RunData>& runs);
 
-/// A metric that pages show: in the cards and tables of runs, and in the figures and tables of a sweep.
-struct ShownMetric {
-  const char* name;
-  bool run = false, sweep = false;
-};
+/// Returns a sentence about each noise that the filter assumes clearly too large or too small, with what
+/// would fit: sensors whose mean NIS is outside the 99 % band of a consistent filter, IMUs whose simulated
+/// noise differs by more than a factor of two, and the NEES. Empty if the run is consistent.
+std::vector<std::string> noise_remarks(const RunData& run);
+
+/// What shows a metric: cards and tables of runs; figures and tables of a sweep; a table file about
+/// estimators, or about controllers and robots.
+enum Shown : unsigned { kOfRuns = 1, kOfSweeps = 2, kOfEstimators = 4, kOfWalks = 8 };
 /// Returns the names of the metrics shown there, most important first.
-std::vector<std::string> shown_metrics(bool ShownMetric::*where);
+std::vector<std::string> shown_metrics(Shown where);
 /// Returns the metrics shown for a run, without the navigation metrics if nothing steered it.
 std::vector<std::string> shown_metrics(const RunData& run);
+/// Returns the names of all metrics that a table of results can have.
+std::vector<std::string> table_metrics();
+
+/// How readers see a metric: errors in mm.
+struct MetricDisplay {
+  std::string title, unit;  ///< "ATE", "mm"; unit: empty for 1
+  double factor = 1;        ///< from the metric's own unit
+};
+/// column: from column_of().
+MetricDisplay display_of(const std::string& metric, const std::string& column = "");
 
 /// Returns the time (s) of the largest error that a metric measures, or nullopt if the run has no errors.
 std::optional<double> worst_instant(const RunData& run, const std::string& metric);
@@ -65,52 +78,76 @@ struct ChangeTable {
 ChangeTable changes(const std::vector<const RunData*>& runs, const std::vector<result::SeedScore>& a,
                     const std::vector<result::SeedScore>& b);
 
-/// The values of a metric over the seeds of a row.
+/// A metric over seeds. center: the median, or the mean if the metric has an expected value, as NEES and NIS.
+/// spread: the 95 % interval of the center; with two to five values the smallest and the largest.
+struct OverSeeds {
+  double center = 0;
+  std::optional<std::pair<double, double>> spread = {};
+};
+OverSeeds over_seeds(const std::string& metric, const std::vector<double>& values);
+/// Returns "median" or "mean".
+std::string statistic_of(const std::string& metric);
+
+/// The values of a metric over the completed runs of a row.
 struct MetricSummary {
   std::string metric;
   std::string column;  ///< column_of()
   std::vector<double> values = {};
-  std::optional<std::pair<double, double>> interval = {};  ///< of the median, 95 %; needs 6
+  OverSeeds over_seeds = {};  ///< if there are values, like worst and worst_run
   double worst = 0;
   std::size_t worst_run = 0;  ///< index of the run with the worst value
-  std::optional<scenario::MetricLimit> limit = {};
+  bool best = false;  ///< better than each other row of the condition: larger coverage, or at least six
+                      ///< values and no common part of the intervals
 };
-/// The runs with one scenario, estimator, controller, robot and setting (the other keys that differ).
+/// The runs with one scenario, errors.*, estimator, controller, robot and setting (the other keys that
+/// differ).
 struct ResultRow {
-  std::string scenario, estimator, controller, robot, setting;
+  std::string scenario, errors, estimator, controller, robot, setting;
   std::vector<std::size_t> runs = {};
-  std::size_t completed = 0;
+  std::map<std::string, std::size_t> endings = {};  ///< number of runs by ending
   double coverage = 0;  ///< mean fraction of true poses with an estimate; 0 for a run that did not complete
   std::vector<MetricSummary> metrics = {};
-  std::vector<double> cpu_ms = {};  ///< median per frame of each run
 
-  std::optional<double> coverage_shown() const {
-    return coverage > 0 ? std::optional(coverage) : std::nullopt;
-  }
-  /// Returns "3 of 3".
-  std::string completed_text() const { return fmt::format("{} of {}", completed, runs.size()); }
+  const MetricSummary* find(const std::string& column) const;
+  std::size_t completed() const;
 };
-/// Returns the runs as rows, those of a scenario together and the best one first: by coverage in whole
-/// percent, then by the first metric.
-std::vector<ResultRow> result_rows(const std::vector<RunData>& runs);
-/// Returns the columns that identify a row: the estimator, and those in which rows differ.
-std::vector<std::pair<std::string, std::string ResultRow::*>> naming_columns(
-    const std::vector<ResultRow>& rows);
-/// Returns "≤ 0.05".
-std::string limit_text(const scenario::MetricLimit& limit);
+/// Returns the runs as rows, those of a scenario and of equal errors.* together and the best one first: by
+/// coverage in whole percent, then by the first metric. metrics: those shown for each run if empty.
+std::vector<ResultRow> result_rows(const std::vector<RunData>& runs,
+                                   const std::vector<std::string>& metrics = {});
+
+/// Rows as readers see them: rounded, with titles and units as in papers.
+struct ResultTable {
+  struct Column {
+    std::string title, unit = "";
+    bool is_number = false;
+  };
+  struct Cell {
+    std::string text, small = "";  ///< small: the bracket
+    bool best = false;
+    const MetricSummary* of = nullptr;
+  };
+  std::vector<Column> columns;  ///< first those that identify a row
+  std::vector<std::vector<Cell>> rows;
+  std::string note;  ///< what values and brackets are
+};
+ResultTable result_table(const std::vector<ResultRow>& rows);
+
 /// Returns "slam.vision.sigma_px [px]", or the name if the unit is empty or 1.
 std::string with_unit(const std::string& name, std::string_view unit);
-/// Returns "rmse_m [m]". column: the name in a table, from column_of().
-std::string metric_label(const std::string& metric, const std::string& column = "");
-/// Returns "0.02 [0.01, 0.03]".
-std::string median_text(double median, const std::optional<std::pair<double, double>>& interval);
+/// Returns "rmse_m [m]".
+std::string metric_label(const std::string& metric);
+/// Returns "≤ 0.05".
+std::string limit_text(const scenario::MetricLimit& limit);
 
 enum class TableFormat { csv, markdown, latex };
 /// Returns the format of a file from its extension .csv, .md or .tex. Throws std::invalid_argument.
 TableFormat table_format(const fs::path& file);
-/// Returns result_rows() as a table file: in CSV, a line per row and metric with all digits; otherwise, a
-/// line per row. LaTeX uses the package booktabs.
-std::string runs_table(const std::vector<RunData>& runs, TableFormat format);
+/// Returns a table file. CSV: a line per row and metric, with all digits and the metric's own unit. LaTeX: as
+/// wide as the text, with the packages booktabs and tabularx. metrics: if empty, four for estimators, or five
+/// for walks if controllers or robots differ.
+std::string runs_table(const std::vector<RunData>& runs, TableFormat format,
+                       const std::vector<std::string>& metrics = {});
 
 /// Returns HTML of `count` (at least two) images, evenly spaced over the walk, with the 3-sigma ellipses that
 /// were searched (class "used" if the match entered the update, else "missed") and the 11 x 11 patches found.
@@ -120,8 +157,9 @@ std::string picture_strip(const RunData& run, std::size_t count);
 /// Returns a run's sections as HTML, with links to them. prefix: for the ids. title: for the first section.
 std::string run_sections(const RunData& run, const std::string& prefix, const std::string& title);
 
-/// Returns the page about these runs (at least one). Throws FileError if a run's file is broken.
-std::string runs_page(const std::vector<RunData>& runs);
+/// Returns the page about these runs (at least one). metrics: of the table of results; if empty, the shown
+/// ones. Throws FileError if a run's file is broken.
+std::string runs_page(const std::vector<RunData>& runs, const std::vector<std::string>& metrics = {});
 
 bool is_sweep(const fs::path& folder);
 /// Returns the page of a sweep, by scenario: medians over each numeric key as lines, one for each combination

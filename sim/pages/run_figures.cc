@@ -85,10 +85,8 @@ void add_filter(std::vector<Figure>& figures, const RunData& run) {
   for (std::size_t i = 0; i < kRoles.size(); ++i) {
     const std::string sensor(score::kSensors[i]);
     if (!frames.has("nis_" + sensor)) continue;
-    const std::string name = sensor == "plan_velocity" ? "velocity from legs or plan" : sensor;
-    nis.lines.push_back({name, kRoles[i], t, smoothed_nis(frames, sensor)});
-    if (const auto mean = run.value("nis_" + sensor + "_mean"))
-      nis.remarks.push_back(fmt::format("{} {:.2g}: {}", name, *mean, score::nis_verdict(*mean)));
+    nis.lines.push_back({sensor == "plan_velocity" ? "velocity from legs or plan" : sensor, kRoles[i], t,
+                         smoothed_nis(frames, sensor)});
   }
   const score::Band band = score::mean_band(3, 2 * kHalfSecond + 1);  // for three degrees of freedom
   nis.envelopes = {{"95 %", Role::truth, t, Column(t.size(), band.low / 3), Column(t.size(), band.high / 3)}};

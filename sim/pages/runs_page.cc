@@ -20,6 +20,7 @@ namespace sim::pages {
 namespace {
 
 constexpr std::size_t kPictures = 8;
+constexpr std::size_t kLongText = 30;  // wraps in a column of some width
 
 std::string view_command(const RunData& run) {
   return "tools/gaitslam view " + files::shell_word(run.folder.string());
@@ -109,7 +110,10 @@ class RunSections {
     else if (!run_.about.alignment.empty())
       html += fmt::format(" Its trajectory was aligned with the truth ({}) before it was scored.",
                           escaped(run_.about.alignment));
-    return html + "</p>" + cards() + limits_table();
+    html += "</p>";
+    for (const std::string& remark : noise_remarks(run_))
+      html += fmt::format("<p><b class='bad'>Inconsistent:</b> {}.</p>", escaped(remark));
+    return html + cards() + limits_table();
   }
 
   std::string cards() const {
@@ -117,10 +121,9 @@ class RunSections {
     for (const std::string& name : shown_metrics(run_)) {
       const auto value = run_.value(name);
       if (!value) continue;
-      const bool length = name.ends_with("_m");
-      html += fmt::format("<div class='card'><b>{}{}</b><span class='soft'>{}{}</span></div>",
-                          number_text(length ? kMm * *value : *value), length ? " mm" : "",
-                          column_of(length ? name.substr(0, name.size() - 2) : name, run_.alignment),
+      const auto [title, unit, factor] = display_of(name, column_of(name, run_.alignment));
+      html += fmt::format("<div class='card'><b>{} {}</b><span class='soft'>{}{}</span></div>",
+                          number_text(factor * *value), unit, escaped(title),
                           name.starts_with("nees") ? " (3 expected)" : "");
     }
     return html + "</div>";
@@ -262,9 +265,12 @@ std::string table(const PageRuns& runs, const std::string& scenario) {
   std::map<std::size_t, std::map<std::string, std::optional<double>>> values;  // by run and column
   for (const std::size_t i : runs.of(scenario))
     for (const std::string& metric : shown_metrics(runs.all[i])) {
-      const std::string column = column_of(metric, runs.all[i].alignment);
-      const auto value = values[i][column] = runs.all[i].value(metric);
-      if (value && std::ranges::find(titles, column) == titles.end()) titles.push_back(column);
+      const auto [title, unit, factor] = display_of(metric, column_of(metric, runs.all[i].alignment));
+      const std::string column = with_unit(title, unit);
+      const auto value = runs.all[i].value(metric);
+      if (!value) continue;
+      values[i][column] = factor * *value;
+      if (std::ranges::find(titles, column) == titles.end()) titles.push_back(column);
     }
   std::vector<TableRow> rows;
   for (auto& [i, of_run] : values) {
@@ -276,62 +282,41 @@ std::string table(const PageRuns& runs, const std::string& scenario) {
   return table_html("runs", titles, rows, true);
 }
 
-/// Returns "best" or "worst" for the first and last of several losses.
-const char* mark_of(double loss, const std::vector<double>& losses) {
-  const auto [least, most] = std::ranges::minmax(losses);
-  return least == most   ? ""
-         : loss == least ? " <b class='good'>best</b>"
-         : loss == most  ? " <b class='bad'>worst</b>"
-                         : "";
-}
-
-TableCell summary_cell(const PageRuns& runs, const MetricSummary& s, const char* mark) {
+TableCell result_cell(const PageRuns& runs, const ResultTable::Cell& cell) {
+  std::string html =
+      (cell.best ? "<b class='good'>" + cell.text + "</b> " : escaped(cell.text) + " ") + escaped(cell.small);
+  if (!cell.of) return {html};
+  const MetricSummary& s = *cell.of;
   const RunData& run = runs.all[s.worst_run];
   const auto t = worst_instant(run, s.metric);
   const std::string worst = fmt::format("seed {}{}", run.seed, t ? fmt::format(", {:.2f} s", *t) : "");
-  return {fmt::format("{}{}<br><small>n = {}{}: {}</small>", median_text(score::median(s.values), s.interval),
-                      mark, s.values.size(), s.values.size() > 1 ? "; worst " + number_text(s.worst) : "",
-                      runs.link(s.worst_run, worst))};
+  return {fmt::format("{}<br><small>worst {}: {}</small>", html,
+                      number_text(display_of(s.metric).factor * s.worst), runs.link(s.worst_run, worst))};
 }
 
-std::string settings_html(const PageRuns& runs, const std::string& scenario) {
-  std::vector<ResultRow> rows = result_rows(runs.all);
+std::string results_html(const PageRuns& runs, const std::string& scenario,
+                         const std::vector<std::string>& metrics) {
+  std::vector<ResultRow> rows = result_rows(runs.all, metrics);
   std::erase_if(rows, [&](const ResultRow& row) { return row.scenario != scenario; });
-  std::vector<std::string> columns, titles;
-  std::map<std::string, std::vector<double>> losses;  // by column
-  const auto loss = [](const MetricSummary& s) {
-    return score::loss(score::median(s.values), score::direction_of(s.metric));
-  };
-  const auto naming = naming_columns(rows);
-  for (const auto& [title, member] : naming) titles.push_back(title);
-  titles.insert(titles.end(), {"completed", "coverage"});
-  for (const ResultRow& row : rows)
-    for (const MetricSummary& s : row.metrics) {
-      losses[s.column].push_back(loss(s));
-      if (losses[s.column].size() > 1) continue;
-      columns.push_back(s.column);
-      titles.push_back(metric_label(s.metric, s.column) + (s.limit ? ", limit " + limit_text(*s.limit) : ""));
-    }
-  titles.emplace_back("CPU per frame [ms]");
+  const ResultTable table = result_table(rows);
+  std::vector<std::string> titles;
+  for (const ResultTable::Column& column : table.columns)
+    titles.push_back(with_unit(column.title, column.unit));
   std::vector<TableRow> lines;
-  for (const ResultRow& row : rows) {
+  for (const auto& row : table.rows) {
     TableRow& line = lines.emplace_back();
-    for (const auto& [title, member] : naming) line.cells.push_back(text_cell(row.*member));
-    line.cells.push_back({row.completed_text(), "number"});
-    line.cells.push_back(number_cell(row.coverage_shown()));
-    for (const std::string& column : columns) {
-      const auto s = std::ranges::find(row.metrics, column, &MetricSummary::column);
-      line.cells.push_back(s == row.metrics.end()
-                               ? TableCell{"-"}
-                               : summary_cell(runs, *s, mark_of(loss(*s), losses[column])));
+    for (const ResultTable::Cell& cell : row) {
+      line.cells.push_back(result_cell(runs, cell));
+      const bool is_number = table.columns[line.cells.size() - 1].is_number;
+      line.cells.back().style = is_number ? "number" : cell.text.size() > kLongText ? "long" : "";
     }
-    line.cells.push_back(
-        number_cell(row.cpu_ms.empty() ? std::nullopt : std::optional(score::median(row.cpu_ms))));
   }
-  return "<h3>Results: median over seeds [95 % interval of the median, with at least 6 seeds]</h3>" +
-         table_html("settings", titles, lines, true) +
-         "<p class='soft'>The best row comes first: by coverage, then by the first metric. Coverage is the "
-         "fraction of true poses with an estimate; a run that did not complete counts as 0.</p>";
+  return "<h3>Results</h3>" + table_html("settings", titles, lines, true) +
+         fmt::format(
+             "<p class='soft'>{} The best row of each kind of errors comes first: by coverage, the fraction "
+             "of "
+             "true poses with an estimate, then by the first metric.</p>",
+             escaped(table.note));
 }
 
 constexpr std::size_t kMostCompared = 4;  // variants that are compared with the first
@@ -387,12 +372,13 @@ std::string scatter_html(const PageRuns& runs, const std::string& scenario) {
   const std::vector<std::size_t> of_scenario = runs.of(scenario);
   if (of_scenario.size() < 2) return "";
   nlohmann::ordered_json settings = nlohmann::ordered_json::object(), metrics;
-  for (const std::string& name : shown_metrics(&ShownMetric::run)) metrics.push_back(metric_label(name));
+  for (const std::string& name : shown_metrics(kOfRuns))
+    metrics.push_back(with_unit(display_of(name).title, display_of(name).unit));
   for (const std::size_t i : of_scenario) {
     nlohmann::ordered_json values;
-    for (const std::string& name : shown_metrics(&ShownMetric::run)) {
+    for (const std::string& name : shown_metrics(kOfRuns)) {
       const auto value = runs.all[i].value(name);
-      values.push_back(value ? nlohmann::ordered_json(*value) : nullptr);
+      values.push_back(value ? nlohmann::ordered_json(display_of(name).factor * *value) : nullptr);
     }
     settings[files::sanitize(runs.names[i])].push_back(values);
   }
@@ -422,37 +408,7 @@ std::string runs_in_detail(const PageRuns& runs) {
   return head + html;
 }
 
-constexpr ShownMetric kShownMetrics[]{{"ate_se3_rmse_m", true, true},
-                                      {"rmse_m", true, true},
-                                      {"ate_sim3_rmse_m", true, false},
-                                      {"rpe_1m_m", false, true},
-                                      {"end_position_error_m", true, true},
-                                      {"end_yaw_error_deg", true, false},
-                                      {"tracked_fraction", true, false},
-                                      {"nees_position_mean", true, true},
-                                      {"loop_landmarks", true, true},
-                                      {"navigation_rmse_m", true, false},
-                                      {"navigation_end_position_error_m", true, false},
-                                      {"navigation_end_yaw_error_deg", true, false},
-                                      {"vibration_below_2hz_m_s2", false, true},
-                                      {"vibration_2_to_8hz_m_s2", false, true},
-                                      {"vibration_from_8hz_m_s2", false, true}};
-
 }  // namespace
-
-std::vector<std::string> shown_metrics(bool ShownMetric::*where) {
-  std::vector<std::string> names;
-  for (const ShownMetric& metric : kShownMetrics)
-    if (metric.*where) names.emplace_back(metric.name);
-  return names;
-}
-
-std::vector<std::string> shown_metrics(const RunData& run) {
-  std::vector<std::string> names = shown_metrics(&ShownMetric::run);
-  if (!run.waist_desired)
-    std::erase_if(names, [](const auto& name) { return name.starts_with("navigation"); });
-  return names;
-}
 
 std::string picture_strip(const RunData& run, std::size_t count) {
   const std::vector<fs::path> files = image_files(run.frames, run.recording);
@@ -476,7 +432,7 @@ std::string run_sections(const RunData& run, const std::string& prefix, const st
   return RunSections(run).html(prefix, title);
 }
 
-std::string runs_page(const std::vector<RunData>& all) {
+std::string runs_page(const std::vector<RunData>& all, const std::vector<std::string>& metrics) {
   const PageRuns runs(all);
   std::vector<std::string> scenarios;
   std::vector<Section> sections;
@@ -485,8 +441,9 @@ std::string runs_page(const std::vector<RunData>& all) {
     for (const Figure& figure : figures) shown += figure_html(figure);
     scenarios.push_back(scenario);
     sections.push_back({fmt::format("scenario-{}", sections.size()), scenario + ": all runs",
-                        settings_html(runs, scenario) + changes_html(runs, scenario) + "<h3>Runs</h3>" +
-                            table(runs, scenario) + figures_html(shown + scatter_html(runs, scenario))});
+                        results_html(runs, scenario, metrics) + changes_html(runs, scenario) +
+                            "<h3>Runs</h3>" + table(runs, scenario) +
+                            figures_html(shown + scatter_html(runs, scenario))});
   }
   const auto known = [](const std::string& text) { return text.empty() ? "?" : escaped(text); };
   const result::About& about = all[0].about;

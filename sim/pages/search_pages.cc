@@ -110,7 +110,7 @@ std::vector<Sweep> read_sweep(const fs::path& folder) {
 /// Returns the shown metrics that the sweep has, and walk metrics only if a key changes the walk. The first
 /// one determines the worst seeds.
 std::vector<std::string> metrics_of(const Sweep& sweep) {
-  std::vector<std::string> shown = shown_metrics(&ShownMetric::sweep);
+  std::vector<std::string> shown = shown_metrics(kOfSweeps);
   const bool walks_differ =
       std::ranges::any_of(sweep.keys, [](const Key& key) { return scenario::shapes_recording(key.name); });
   std::erase_if(shown, [&](const std::string& metric) {
@@ -127,9 +127,9 @@ std::vector<double> values_of(const Trials& trials, const std::string& metric) {
   return values;
 }
 
-double median_of(const Trials& trials, const std::string& metric) {
+double center_of(const Trials& trials, const std::string& metric) {
   const std::vector<double> values = values_of(trials, metric);
-  return values.empty() ? NAN : score::median(values);
+  return values.empty() ? NAN : over_seeds(metric, values).center;
 }
 
 constexpr std::array kRoles{Role::estimate, Role::first, Role::second, Role::third, Role::plan, Role::truth};
@@ -184,19 +184,21 @@ Figure lines_figure(const Sweep& sweep, std::size_t k, const std::string& metric
   if (single && sweep.trials.size() <= kMostDots) f.lines = {dots};
   if (!key.is_grid() && !f.lines.empty()) return f;
   for (std::size_t g = 0; g < names.size(); ++g) {
-    Line median{names[g], kRoles[g]};
+    Line center{names[g] == "median" ? statistic_of(metric) : names[g], kRoles[g]};
     Envelope interval{"", kRoles[g]};
     for (const auto& [x, trials] : groups[names[g]]) {
       const std::vector<double> values = values_of(trials, metric);
       if (values.empty()) continue;
-      median.add(x, score::median(values));
-      const auto within = single ? std::nullopt : score::median_interval(values);
-      if (within) interval.add(x, within->first, within->second);
+      const OverSeeds over = over_seeds(metric, values);
+      center.add(x, over.center);
+      if (!single && over.spread) interval.add(x, over.spread->first, over.spread->second);
     }
-    if (interval.x.size() == median.x.size()) f.envelopes.push_back(interval);
-    f.lines.push_back(median);
+    if (interval.x.size() == center.x.size()) f.envelopes.push_back(interval);
+    f.lines.push_back(center);
   }
-  if (!f.envelopes.empty()) f.remarks.emplace_back("areas: 95 % intervals of the medians");
+  if (!f.envelopes.empty())
+    f.remarks.push_back(fmt::format("areas: 95 % interval of the {}, below 6 seeds smallest to largest",
+                                    statistic_of(metric)));
   return f;
 }
 
@@ -263,7 +265,8 @@ std::string settings_table(const Sweep& sweep, const fs::path& folder) {
   std::vector<std::string> titles;
   for (const Key& key : sweep.keys) titles.push_back(key.label());
   titles.insert(titles.end(), {"completed", "worst seed"});
-  for (const std::string& metric : metrics) titles.push_back(metric_label(metric));
+  for (const std::string& metric : metrics)
+    titles.push_back(statistic_of(metric) + " " + metric_label(metric));
   std::vector<TableRow> rows;
   for (const Trials& trials : by_setting(sweep)) {
     TableRow& row = rows.emplace_back();
@@ -276,7 +279,7 @@ std::string settings_table(const Sweep& sweep, const fs::path& folder) {
         {fmt::format("<details><summary>seed {}: {}</summary>{}<pre>{}</pre></details>", worst.seed,
                      std::isnan(value) ? escaped(worst.ending) : number_text(value), escaped(worst.cause),
                      escaped(command_of(sweep, worst, folder)))});
-    for (const std::string& metric : metrics) row.cells.push_back(number_cell(median_of(trials, metric)));
+    for (const std::string& metric : metrics) row.cells.push_back(number_cell(center_of(trials, metric)));
   }
   return table_html("settings", titles, rows);
 }
@@ -433,7 +436,9 @@ std::string runs_table(const Json& side) {
       if (before[i] && after[i]) changes.push_back(*after[i] - *before[i]);
     }
     const auto test = score::t_test(changes);
-    row.cells[3] = {test ? median_text(score::mean(changes), std::pair(test->low, test->high)) : "-",
+    row.cells[3] = {test ? fmt::format("{} [{}, {}]", number_text(score::mean(changes)),
+                                       number_text(test->low), number_text(test->high))
+                         : "-",
                     "number"};
   }
   return table_html("before and after", titles, rows);

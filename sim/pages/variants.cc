@@ -29,12 +29,14 @@ std::vector<std::string> within_scenarios(
   return texts;
 }
 
-std::string joined(const std::map<std::string, std::string>& settings, const std::set<std::string>& without) {
+std::string joined(const std::map<std::string, std::string>& settings, bool (*wanted)(std::string_view key)) {
   std::vector<std::string> words;
   for (const auto& [key, value] : settings)
-    if (!without.contains(key)) words.push_back(key + "=" + value);
+    if (wanted(key)) words.push_back(key + "=" + value);
   return fmt::format("{}", fmt::join(words, ", "));
 }
+
+bool is_error(std::string_view key) { return key.starts_with("errors."); }
 
 }  // namespace
 
@@ -57,7 +59,7 @@ std::map<std::string, std::vector<std::string>> changed_keys(const std::vector<c
 
 std::vector<std::string> variants(const std::vector<const RunData*>& runs) {
   return within_scenarios(runs, [](const RunData& run, const auto& changed) {
-    const std::string keys = joined(changed, {"estimator"});
+    const std::string keys = joined(changed, [](std::string_view key) { return key != "estimator"; });
     if (keys.empty()) return run.estimator;
     return changed.contains("estimator") ? run.estimator + ", " + keys : keys;
   });
@@ -65,8 +67,15 @@ std::vector<std::string> variants(const std::vector<const RunData*>& runs) {
 
 std::vector<std::string> other_settings(const std::vector<const RunData*>& runs) {
   return within_scenarios(runs, [](const RunData&, const auto& changed) {
-    return joined(changed, {"estimator", "walk.controller", "world.robot"});
+    return joined(changed, [](std::string_view key) {
+      return key != "estimator" && key != "walk.controller" && key != "world.robot" && !is_error(key);
+    });
   });
+}
+
+std::vector<std::string> changed_errors(const std::vector<const RunData*>& runs) {
+  return within_scenarios(runs,
+                          [](const RunData&, const auto& changed) { return joined(changed, is_error); });
 }
 
 }  // namespace sim::pages

@@ -130,14 +130,13 @@ std::string tracking_faults(const SeedScore& scored) {
 
 // Returns a line for each metric shown. A reason shared by several of them appears once, below them.
 std::string metric_lines(const SeedScore& scored, const TableStyle& style) {
-  const bool no_scale = scored.value("ate_sim3_rmse_m") && !scored.value("ate_se3_rmse_m");
   std::vector<SeedMetric> shown_metrics;
   std::map<std::string, int> times;
   std::size_t width = 24;
   for (const SeedMetric& metric : scored.metrics) {
     const score::MetricDefinition* defined = score::find_metric(metric.name);
     if (!style.all_metrics && !(defined && defined->headline) &&
-        verdicts(scored, metric.name, false).empty() && !(no_scale && metric.name == "ate_sim3_rmse_m"))
+        verdicts(scored, metric.name, false).empty())
       continue;
     shown_metrics.push_back(metric);
     width = std::max(width, metric.name.size());

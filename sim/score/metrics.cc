@@ -72,6 +72,13 @@ std::optional<std::string> note_of_end(const MetricDefinition& definition, const
   return fmt::format("at {:.1f} s, {:.0f} % of {:.1f} s", last_s, 100 * last_s / end_s, end_s);
 }
 
+// The pairs as the estimator gave them, if its path was scaled to the truth.
+std::vector<PosePair> unscaled(const ScoreContext& context) {
+  std::vector<PosePair> pairs = context.pairs;
+  for (PosePair& pair : pairs) pair.X_estimate.translation() /= context.run.scaled_by;
+  return pairs;
+}
+
 std::optional<std::string> note_of(const MetricDefinition& definition, const ScoreContext& context) {
   if (definition.note == Note::none) return std::nullopt;
   if (definition.note == Note::at_end) return note_of_end(definition, context);
@@ -79,10 +86,8 @@ std::optional<std::string> note_of(const MetricDefinition& definition, const Sco
   std::string note = matched * 100 < all * 99 ? fmt::format("{} of {} true poses", matched, all) : "";
   if (definition.note == Note::scale) {
     Similarity S = std::get<Similarity>(align(context.pairs, Alignment::sim3));
-    std::vector<PosePair> unscaled = context.pairs;
-    for (PosePair& pair : unscaled) pair.X_estimate.translation() /= context.run.scaled_by;
     S.scale *= context.run.scaled_by;
-    const auto doubt = doubt_of_scale(S, unscaled);
+    const auto doubt = doubt_of_scale(S, unscaled(context));
     note += fmt::format("{}scale {:.4g}{}", note.empty() ? "" : ", ", S.scale,
                         doubt ? "; warning: " + *doubt : "");
   }
@@ -117,15 +122,19 @@ Value ate(const std::vector<PosePair>& pairs, Alignment alignment) {
   });
 }
 
-MetricDefinition ate_metric(const std::string& name, const std::string& alignment, Needs needs, Alignment how,
-                            bool headline = false, Note note = Note::coverage) {
+MetricDefinition ate_metric(const std::string& name, const std::string& alignment, Alignment how,
+                            bool headline = kHeadline, Note note = Note::coverage) {
   return {"ate_" + name + "_rmse_m",
           "m",
           "Absolute trajectory error: root mean square distance between estimated and true camera positions, "
           "the estimate aligned by " +
               alignment + ". Frames count from the first planned motion.",
-          needs,
-          [how](C c) { return ate(c.pairs, how); },
+          Needs::estimate,
+          [how](C c) -> Value {
+            if (how == Alignment::sim3) return ate(c.pairs, how);
+            if (c.run.no_scale && !c.run.fitted) return Absent{*c.run.no_scale};
+            return ate(unscaled(c), how);
+          },
           largest,
           headline,
           note};
@@ -288,17 +297,16 @@ Value landmark_rmse(C c) {
 // Errors over all frames, relative errors, and errors at the last frame.
 MetricDefinitions estimate_metrics() {
   return {
-      ate_metric("se3", "the rotation and translation of least squares (SE(3))", Needs::scale, Alignment::se3,
-                 kHeadline),
+      ate_metric("se3", "the rotation and translation of least squares (SE(3))", Alignment::se3),
       {"rmse_m", "m",
        "Root mean square distance between estimated and true camera positions, without alignment: both are "
        "in W, the plan's world at t = 0. Frames count from the first planned motion, when the planned "
        "waist is more than 1 mm from its start.",
        Needs::scale, [](C c) { return ate(c.pairs, Alignment::none); }, largest, kHeadline, Note::coverage},
-      ate_metric("yaw", "the rotation about the vertical and the translation of least squares", Needs::scale,
-                 Alignment::yaw_position),
-      ate_metric("sim3", "the rotation, translation and scale of least squares (Sim(3))", Needs::estimate,
-                 Alignment::sim3, false, Note::scale),
+      ate_metric("yaw", "the rotation about the vertical and the translation of least squares",
+                 Alignment::yaw_position, false),
+      ate_metric("sim3", "the rotation, translation and scale of least squares (Sim(3))", Alignment::sim3,
+                 kHeadline, Note::scale),
       {"scale_error_percent", "%",
        "Excess length of the estimated path, by the scale of the alignment of ate_sim3_rmse_m.", Needs::scale,
        scale_error, largest_magnitude, kHeadline},

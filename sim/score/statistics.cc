@@ -1,7 +1,5 @@
 #include "sim/score/statistics.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <boost/math/distributions/chi_squared.hpp>
 #include <boost/math/distributions/students_t.hpp>
@@ -189,13 +187,6 @@ std::vector<double> holm(const std::vector<double>& p_values) {
 
 double chi_square_quantile(double p, double dof) {
   return boost::math::quantile(boost::math::chi_squared_distribution<double, InDouble>(dof), p);
-}
-
-std::string nis_verdict(double nis) {
-  if (nis >= 0.5 && nis <= 2) return "as expected";
-  const double factor = std::sqrt(std::max(nis, 1 / nis));
-  return fmt::format("its predicted spread is about {:.{}f} times too {}", factor, factor < 3 ? 1 : 0,
-                     nis < 1 ? "large" : "small");
 }
 
 Band mean_band(int dof, int count, double confidence) {

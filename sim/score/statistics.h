@@ -99,10 +99,6 @@ std::vector<double> holm(const std::vector<double>& p_values);
 /// Returns the quantile for p in (0, 1) of a chi-square distribution with `dof` > 0 degrees of freedom.
 double chi_square_quantile(double p, double dof);
 
-/// Returns a verdict on a mean NIS per degree of freedom: "as expected" from 0.5 to 2, otherwise the factor
-/// by which the filter's predicted standard deviation of the innovations is wrong.
-std::string nis_verdict(double nis);
-
 /// The confidence interval of the mean of `count` independent normalized squares of `dof` degrees of freedom.
 struct Band {
   double low = 0, high = 0;

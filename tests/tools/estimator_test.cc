@@ -258,10 +258,15 @@ TEST_F(ExternalEstimator, EvaluateReadsCovariancesAppliesLimitsAndStatesTheCover
   EXPECT_TRUE(fs::exists(folder_ / "e/walk/seed-1/trajectory.txt"));
   EXPECT_THAT(metrics["ate_se3_rmse_m"]["note"], Has(" true poses"));
   EXPECT_EQ(gaitslam(evaluate + " limits.tracked_fraction.at_least=0.99").exit_code, 1);
-  ok("evaluate r/seed-1 --format tum --force --out e --command 'sh late.sh {trajectory}'");
-  EXPECT_EQ(json_in("e/walk/seed-1/about.json")["alignment"], "sim3") << "one camera has no scale";
-  EXPECT_THAT(json_in("e/walk/seed-1/score.json")["metrics"]["rmse_m"]["reason"],
-              Has("was scaled by 1 to the truth"));
+  const std::string by_default =
+      "evaluate r/seed-1 --format tum --force --out e --command 'sh late.sh {trajectory}'";
+  EXPECT_THAT(ok(by_default), Has("\n  ate_se3_rmse_m  ", "\n  ate_sim3_rmse_m  "));
+  EXPECT_EQ(json_in("e/walk/seed-1/about.json")["alignment"], "se3");
+  EXPECT_TRUE(json_in("e/walk/seed-1/score.json")["metrics"]["rmse_m"]["value"].is_number());
+  ok(by_default + " --align sim3");
+  const auto scaled = json_in("e/walk/seed-1/score.json")["metrics"];
+  EXPECT_THAT(scaled["rmse_m"]["reason"], Has("was scaled by 1 to the truth"));
+  EXPECT_TRUE(scaled["ate_se3_rmse_m"]["value"].is_number());
   expect_refused(evaluate + " slam.gyro.sigma_rad_s=1", "only limits may be changed");
   write("late.sh", "echo no trajectory > $1\n");
   EXPECT_EQ(gaitslam(evaluate).exit_code, 3);
@@ -331,10 +336,10 @@ TEST_F(ExternalEstimator, EstimatorsAreShownSideBySideAndScenariosSeparately) {
   ok("run other.yaml --out tree/hall");
   ok("report tree tree/filter --table t.csv --out t.html");
   EXPECT_THAT(text_of("t.csv"),
-              Has("\nother,filter,plan,hrp2,,1,1,1,rmse_m,", "\nwalk,filter,plan,hrp2,,2,2,1,rmse_m,",
-                  "\nwalk,plan_alone,plan,hrp2,,2,2,1,rmse_m,"));
+              Has("\nother,,filter,plan,hrp2,,1,1,1,rmse_m,", "\nwalk,,filter,plan,hrp2,,2,2,1,rmse_m,",
+                  "\nwalk,,plan_alone,plan,hrp2,,2,2,1,rmse_m,"));
   EXPECT_THAT(text_of("t.html"),
-              Has("<h2>other: all runs</h2>", "<th>estimator</th><th class='number'>completed</th>"));
+              Has("<h2>other: all runs</h2>", "<th>estimator</th><th class='number'>ATE [mm]"));
   expect_refused("report tree --table t.csv", "already exists; --force replaces it");
 
   EXPECT_THAT(gaitslam("compare tree/filter tree/plan").out,

@@ -80,8 +80,8 @@ TEST_F(ReportTest, AKeyboardAndAPrinterAreEnough) {
   EXPECT_EQ(found["keyboard"]["unseen"], json::array());
 
   const auto& [before, after] = std::pair(found["scatter"]["before"], found["scatter"]["after"]);
-  EXPECT_THAT(before["title"].get<std::string>(), Has("rmse_m [m] over ate_se3_rmse_m [m]"));
-  EXPECT_THAT(after["title"].get<std::string>(), Has("ate_sim3_rmse_m [m] over ate_se3_rmse_m [m]"));
+  EXPECT_THAT(before["title"].get<std::string>(), Has("RMSE [mm] over ATE [mm]"));
+  EXPECT_THAT(after["title"].get<std::string>(), Has("ATE Sim(3) [mm] over ATE [mm]"));
   EXPECT_NE(before["dots"], after["dots"]);
   const std::string dots = before["dots"][0];
   EXPECT_EQ(std::ranges::count(dots, 'M'), 3) << "a dot for each run";

@@ -20,7 +20,7 @@ constexpr const char* kEvaluateExamples = R"(Examples:
 For each recording, the command exports what the filter received, without any truth, to {folder}, runs your program, and
 reads the {trajectory} that it wrote: TUM, KITTI with times.txt next to it, or a table whose columns are named by a header
 (as in EuRoC's files) or by --columns, as ORB-SLAM3's in ns; gaitslam score --help lists the names. The result is written
-to results/NAME/SCENARIO/seed-N, or below --out. Limits are those of the recorded scenario unless given here, as in
+to results/NAME/SCENARIO/seed-N, or below --out. The errors after SE(3) and Sim(3) alignment are always both given. Limits are those of the recorded scenario unless given here, as in
 limits.ate_se3_rmse_m.at_most=0.1. Rerun the command to resume after an interruption.
 The exit codes are those of gaitslam run; a program that fails, takes too long or writes no trajectory ends as
 estimator_failed (3). With several recordings, the highest exit code counts. Folders recorded by other programs (EuRoC/ASL) cannot be evaluated;
@@ -43,22 +43,17 @@ replay::PosedBody body_of(const EvaluateRequest& request) {
   return name == "imu" ? replay::PosedBody::imu : replay::PosedBody::camera;
 }
 
-/// Returns the requested alignment, or one that matches what the exported sensors can observe.
-score::Alignment alignment_of(const EvaluateRequest& request, const scenario::Scenario& recorded) {
+/// Returns the requested alignment, or one that matches what the exported IMU can observe.
+score::Alignment alignment_of(const EvaluateRequest& request) {
   if (request.align) return alignment_named(*request.align);
-  if (request.format == "euroc" || request.format == "openvins") return score::Alignment::yaw_position;
-  const bool has_scale = std::ranges::any_of(recorded.rig, [&](const rig::Item& sensor) {
-    return std::holds_alternative<rig::DepthCamera>(sensor) ||
-           (request.format == "orbslam3" && std::holds_alternative<rig::GrayEye>(sensor));
-  });
-  return has_scale ? score::Alignment::se3 : score::Alignment::sim3;
+  const bool gravity = request.format == "euroc" || request.format == "openvins";
+  return gravity ? score::Alignment::yaw_position : score::Alignment::se3;
 }
 
 /// Runs the command on the export until it ends.
-replay::ExternalRun run_command(const EvaluateRequest& request, const scenario::Scenario& recorded,
-                                const TemporaryFolder& scratch) {
+replay::ExternalRun run_command(const EvaluateRequest& request, const TemporaryFolder& scratch) {
   replay::ExternalRun run{scratch / "trajectory.txt", request.columns.value_or(""), body_of(request),
-                          alignment_of(request, recorded)};
+                          alignment_of(request)};
   std::string command = request.command;
   boost::replace_all(command, "{folder}", files::shell_word((scratch / "export").string()));
   boost::replace_all(command, "{trajectory}", files::shell_word(run.trajectory.string()));
@@ -105,7 +100,7 @@ int evaluate_one(const ResultJob& job, const fs::path& result_folder, const Eval
     exported.warn = warn;
     exports::export_run(exported, request.format, scratch / "export");
     const result::Timing timing;
-    replay::ExternalRun run = run_command(request, s, scratch);
+    replay::ExternalRun run = run_command(request, scratch);
     run.warn = warn;
     const replay::WalkEnd walk = replay::read_walk_end(folder);
     outcome = replay::score_external(job.read, folder / "recording", walk, run,
@@ -213,9 +208,8 @@ void add_evaluate(CLI::App& app, int& exit_code) {
                      "names of the trajectory's columns in order, such as \"t[ns] x y z qw qx qy qz\"");
   command.add_option(
       "--align", request.align,
-      "none, origin, yaw (default for euroc and openvins), se3 (default for tum with depth and for "
-      "orbslam3 with depth or a second camera), sim3 (otherwise their default, because one camera has no "
-      "scale) or scale");
+      "none, origin, yaw (default for euroc and openvins), se3 (default for tum and orbslam3), sim3 (if the "
+      "program cannot know the scale) or scale");
   command.add_option("--within", request.within_s, "time limit of the command, in s")
       ->check(CLI::Range(0.001, 1e9))
       ->capture_default_str();

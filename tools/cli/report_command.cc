@@ -20,7 +20,11 @@ constexpr const char* kReportExamples = R"(Examples:
   gaitslam report results/regress-ci --out report.html  # a folder of results
   gaitslam report results/sweep-hall --out report.html  # a sweep, plotted over its keys
   gaitslam report results/tangent_circle/seed-1 --plots pdf --width-mm 88 --no-titles --out figures
-  gaitslam report results/filter results/odometry --table table.tex   # medians by estimator, controller and robot
+  gaitslam report results/filter results/odometry --table table.tex   # or table.md, table.csv
+  gaitslam report results/filter results/odometry --table t.tex --metrics ate_se3_rmse_m,rpe_1m_m,frame_cpu_ms_median
+A table has a row per estimator, controller, robot and setting; rows with other errors.* are not ranked against each other.
+Errors are in mm and deg, in a .csv file in the metric's unit. A note below it says what value and bracket are. --metrics
+takes each metric of score.json and frame_cpu_ms_median, step_slip_m and joint_power_w (a recording is needed).
 The page contains everything that it shows and needs no network.)";
 
 constexpr double kPx_mm = 25.4 / 96, kHeight = 5 / 12.0, kEqualHeight = 7 / 9.0;  // per width
@@ -31,6 +35,7 @@ struct ReportRequest : OutRequest {
   double width_mm = 720 * kPx_mm;  ///< of plots
   bool no_titles = false;
   std::optional<std::string> table;  ///< a file
+  std::vector<std::string> metrics;
 };
 
 std::vector<fs::path> result_folders(const std::vector<std::string>& named) {
@@ -112,10 +117,28 @@ void write_table(const ReportRequest& request) {
   }
   require_new_file(*request.table, request.force, "--table");
   ProgressLine progress("report");
-  files::write_atomically(*request.table, pages::runs_table(read_runs(request, progress), format));
+  files::write_atomically(*request.table,
+                          pages::runs_table(read_runs(request, progress), format, request.metrics));
+}
+
+/// Throws UsageError.
+void require_metrics(const ReportRequest& request) {
+  const std::vector<std::string> known = pages::table_metrics();
+  const fs::path first = request.results.front();
+  if (!request.metrics.empty() && !request.table &&
+      (!request.plots.empty() || pages::is_sweep(first) || pages::is_tuning(first)))
+    throw UsageError("--metrics: applies to --table and to the page of runs only");
+  for (const std::string& metric : request.metrics) {
+    if (std::ranges::count(known, metric) == 0)
+      throw UsageError("--metrics: unknown metric '{}'{}; gaitslam config --keys lists them", metric,
+                       scenario::did_you_mean(metric, known));
+    if (std::ranges::count(request.metrics, metric) > 1)
+      throw UsageError("--metrics: {} is given twice", metric);
+  }
 }
 
 int make_report(ReportRequest& request) {
+  require_metrics(request);
   if (!request.out && (!request.table || !request.plots.empty()))
     throw UsageError("--out: is missing, expected the HTML file to write, or --table with a file");
   if (request.table) {
@@ -145,10 +168,11 @@ int make_report(ReportRequest& request) {
     ProgressLine progress("report");
     const fs::path first = request.results.front();
     const bool alone = request.results.size() == 1;
-    files::write_atomically(*request.out, alone && pages::is_sweep(first) ? pages::sweep_page(first)
-                                          : alone && pages::is_tuning(first)
-                                              ? pages::tune_page(first)
-                                              : pages::runs_page(read_runs(request, progress)));
+    files::write_atomically(*request.out,
+                            alone && pages::is_sweep(first) ? pages::sweep_page(first)
+                            : alone && pages::is_tuning(first)
+                                ? pages::tune_page(first)
+                                : pages::runs_page(read_runs(request, progress), request.metrics));
   }
   std::cout << "report in " << *request.out << '\n';
   return 0;
@@ -206,7 +230,12 @@ void add_report(CLI::App& app, int& exit_code) {
       ->required();
   command.add_option("--out", request.out, "the HTML file to write; with --plots, a folder");
   command.add_option("--table", request.table,
-                     "write medians by estimator, controller, robot and setting to a .csv, .md or .tex file");
+                     "write a table by estimator, controller, robot and setting to a .csv, .md or .tex file");
+  command
+      .add_option("--metrics", request.metrics,
+                  "metrics of the table, such as ate_se3_rmse_m,rmse_m; the first one ranks the rows")
+      ->delimiter(',')
+      ->allow_extra_args(false);
   auto* const plots =
       command.add_option("--plots", request.plots, "write pictures instead of a page: svg, pdf")
           ->check(CLI::IsMember({"svg", "pdf"}));

@@ -333,44 +333,166 @@ TEST(ResultRows, RunsWithAnotherEstimatorControllerRobotOrSettingAreNeverPooled)
   EXPECT_EQ(result_rows(runs).back().robot, "g1");
   EXPECT_EQ(result_rows(runs).back().setting, "") << "they have columns of their own";
   EXPECT_THAT(runs_table(runs, TableFormat::markdown),
-              Has("| scenario | estimator | controller | robot | completed |"));
+              StartsWith("| estimator | controller | robot | ATE [mm] |"));
   runs.push_back(runs.front());
   runs.back().seed = 2;
   EXPECT_EQ(result_rows(runs).size(), 8u) << "seeds are pooled";
-  EXPECT_EQ(result_rows(runs)[0].completed_text(), "2 of 2");
+  EXPECT_EQ(result_rows(runs)[0].completed(), 2u);
   runs.back().settings["slam.k"] = "[1,\n  2]", runs.front().settings["slam.k"] = "3";
   EXPECT_EQ(result_rows(runs).size(), 9u);
   EXPECT_THAT(runs_table(runs, TableFormat::csv), Has("filter,plan,hrp2,\"slam.k=[1, 2]\",1,1,"));
+}
+
+TEST(ResultRows, RunsWithOtherErrorsAreNotRankedAgainstEachOther) {
+  const auto covered = [](double ate, const std::string& faults) {
+    return run_by("filter", {{"ate_se3_rmse_m", ate}}, {{"errors.faults", faults}});
+  };
+  const auto rows = result_rows({covered(0.001, "[frames_covered: {}]"), covered(0.002, "[]")});
+  EXPECT_EQ(rows.at(0).errors, "errors.faults=[]") << "although its error is larger";
+  EXPECT_EQ(rows.at(1).setting, "");
+}
+
+// The intervals of eight seeds are 1 to 8, 5 to 12 and 21 to 28 mm; a metric near its expected value is
+// better.
+TEST(ResultRows, TheBestHasAnIntervalThatOverlapsNoOtherOfAtLeastSixRuns) {
+  std::vector<RunData> runs;
+  const auto add = [&](const std::string& estimator, double from, int seeds) {
+    for (int seed = 1; seed <= seeds; ++seed)
+      runs.push_back(run_by(estimator, {{"ate_se3_rmse_m", 1e-3 * (from + seed)},
+                                        {"nees_position_mean", 3 + from / 3 + 0.01 * seed}}));
+  };
+  const auto best = [&](const std::string& metric) {
+    std::vector<std::string> names;
+    for (const ResultRow& row : result_rows(runs))
+      if (row.find(metric)->best) names.push_back(row.estimator);
+    return names;
+  };
+  add("a", 0, 8);
+  EXPECT_THAT(best("ate_se3_rmse_m"), IsEmpty()) << "a single row";
+  add("c", 20, 8);
+  EXPECT_THAT(best("ate_se3_rmse_m"), ElementsAre("a"));
+  add("b", 4, 8);
+  EXPECT_THAT(best("ate_se3_rmse_m"), IsEmpty());
+  EXPECT_THAT(best("nees_position_mean"), ElementsAre("a"));
+  add("few", 300, 5);
+  EXPECT_THAT(best("nees_position_mean"), IsEmpty());
+}
+
+TEST(ResultRows, ConsistencyIsAMeanAndFewSeedsHaveTheirRange) {
+  for (const auto& [metric, center, low, high] :
+       {std::tuple{"nees_position_mean", 4.0, 1.0, 9.0}, {"rmse_m", 2.0, 1.0, 9.0}}) {
+    const OverSeeds few = over_seeds(metric, {1, 9, 2});
+    EXPECT_EQ(few.center, center);
+    EXPECT_EQ(few.spread, std::pair(low, high));
+    EXPECT_FALSE(over_seeds(metric, {1}).spread);
+  }
+  const OverSeeds many = over_seeds("nees_position_mean", {1, 2, 3, 4, 5, 9});
+  EXPECT_EQ(many.center, 4);
+  EXPECT_NEAR(many.spread->first, 4 - 2.5706 * std::sqrt(8 / 6.0), 1e-3)
+      << "Student's t, 5 degrees of freedom";
+}
+
+TEST(ResultRows, RunsThatFellAreCountedAndHaveNoValues) {
+  std::vector<RunData> runs{run(1, {{"ate_se3_rmse_m", 0.002}}), run(2, {{"ate_se3_rmse_m", 0.0001}}),
+                            run(3, {{"ate_se3_rmse_m", 0.0001}})};
+  runs[1].ending = runs[2].ending = scenario::Ending::fell;
+  EXPECT_THAT(
+      runs_table(runs, TableFormat::markdown, {"ate_se3_rmse_m"}),
+      StartsWith(
+          "| estimator | completed | ATE [mm] |\n|---|---:|---:|\n| filter | 1 of 3 (2 fell) | 2.00 |\n"));
+}
+
+TEST(ResultRows, WalkersAreComparedByPathEnergyAndSlip) {
+  const files::TemporaryFolder folder;
+  RunData walk = run_by("filter", {{"navigation_rmse_m", 0.02}}, {{"world.robot", "a"}});
+  files::write_text(
+      folder / "feet.csv",
+      "phase,moved_x [m],moved_y [m]\nput_down,9,9\nlanding,0.003,0\nsupport,0,0.004\nsupport,0,0.001\n");
+  walk.feet.emplace(folder / "feet.csv");
+  walk.recording = folder.path();
+  std::filesystem::create_directories(folder / "truth");
+  std::filesystem::create_directories(folder / "mav0/encoders0");
+  files::write_text(folder / "truth/torques.csv",
+                    "#timestamp [ns],a [N m],b [N m]\n0,1,1\n500000000,-2,10\n1000000000,4,10\n");
+  files::write_text(folder / "mav0/encoders0/data.csv",
+                    "#timestamp [ns],a [rad],b [rad]\n0,0,0\n500000000,0.5,0\n1000000000,0,0.1\n");
+  RunData other = run_by("filter", {}, {{"world.robot", "b"}});
+  const std::string table = runs_table({walk, other}, TableFormat::markdown);
+  EXPECT_THAT(
+      table,
+      StartsWith(
+          "| robot | ATE [mm] | path error [mm] | goal heading [deg] | slip per step [mm] | power [W] |\n"));
+  EXPECT_THAT(table, Has("| a | - | 20.0 | - | 4.00 | 4.00 |\n", "| b | - | - | - | - | - |\n"));
 }
 
 TEST(ResultRows, AlignedAndUnalignedErrorsHaveSeparateColumns) {
   std::vector<RunData> runs{run_by("filter", {{"rmse_m", 0.25}}), run_by("filter", {{"rmse_m", 0.5}})};
   runs[1].alignment = "sim3";
   const std::string csv = runs_table(runs, TableFormat::csv);
-  EXPECT_THAT(csv, Has(",rmse_m,m,1,0.25,", ",rmse_m_after_sim3,m,1,0.5,"));
+  EXPECT_THAT(csv, Has(",rmse_m,m,1,median,0.25,", ",rmse_m_after_sim3,m,1,median,0.5,"));
+  EXPECT_THAT(runs_table(runs, TableFormat::markdown), Has("| RMSE [mm] |", "| RMSE (sim3) [mm] |"));
 }
 
 TEST(Tables, FilesHaveUnitsCountsAndIntervalsAndEscapeTheirFormatsSpecialCharacters) {
   std::vector<RunData> runs;
-  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
-    runs.push_back(run(seed, {{"rmse_m", 0.01 * double(seed)}, {"tracked_fraction", 1}}));
+  for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+    runs.push_back(run((seed + 1) / 2, {{"rmse_m", double(seed) / 64}, {"tracked_fraction", 1}}));
     runs.back().scenario = "a_b|c", runs.back().estimator = "=cmd\n\x1b";
+    runs.back().settings["slam.k_x"] = seed % 2 ? "0.5" : "<";
   }
+  const std::vector<std::string> metrics{"rmse_m", "tracked_fraction"};
   EXPECT_THAT(
-      runs_table(runs, TableFormat::csv),
-      StartsWith(
-          "scenario,estimator,controller,robot,setting,runs,completed,coverage,metric,unit,n,median,low_95,"
-          "high_95,worst,worst_seed\n"
-          "a_b|c,'=cmd??,,,,6,6,1,rmse_m,m,6,0.035,0.01,0.06,0.06,6\n"));
-  EXPECT_THAT(runs_table(runs, TableFormat::latex),
-              Has("\\begin{tabular}{llrrrr}\n\\toprule\nscenario & estimator & completed & coverage & "
-                  "rmse\\_m [m] & tracked\\_fraction "
-                  "\\\\\n\\midrule\n"
-                  "a\\_b|c & =cmd?? & 6 of 6 & 1 & 0.035 [0.01, 0.06] & 1 [1, 1] \\\\\n\\bottomrule\n"));
-  EXPECT_THAT(runs_table(runs, TableFormat::markdown),
-              Has("|---|---|---:|---:|---:|---:|\n| a\\_b\\|c | =cmd?? | 6 of 6 | 1 | 0.035 [0.01, 0.06] | 1 "
-                  "[1, 1] |\n"));
+      runs_table(runs, TableFormat::csv, metrics),
+      StartsWith("scenario,errors,estimator,controller,robot,setting,runs,completed,coverage,metric,unit,n,"
+                 "statistic,value,low,high,bracket,worst,worst_seed,best\n"
+                 "a_b|c,,'=cmd??,,,slam.k_x=0.5,6,6,1,rmse_m,m,6,median,0.09375,0.015625,0.171875,95 % "
+                 "confidence interval,0.171875,6,0\n"));
+  EXPECT_THAT(runs_table(runs, TableFormat::latex, metrics),
+              Has("setting & \\two{RMSE}{[mm]} & \\two{tracked}{} \\\\\n\\midrule\n"
+                  "slam.\\allowbreak{}k\\_\\allowbreak{}x=\\allowbreak{}0.5 & \\two{93.8}{[15.6, 172]} & "
+                  "\\two{1.00}{[1.00, 1.00]} \\\\\n",
+                  "x=\\allowbreak{}\\textless{} & ",
+                  "noindent Median of n = 6 completed runs [95 \\% confidence interval]."));
+  EXPECT_THAT(
+      runs_table(runs, TableFormat::markdown, metrics),
+      Has("|---|---:|---:|\n| slam.k\\_x=0.5 | 93.8 [15.6, 172] | 1.00 [1.00, 1.00] |\n| slam.k\\_x=\\< |"));
   EXPECT_THROW(table_format("table.xls"), std::invalid_argument);
+}
+
+RunData tracked_run(const std::map<std::string, double>& metrics) {
+  RunData data = run(1, metrics);
+  for (const int t : {0, 43}) data.frames.push_back({.t = std::chrono::seconds(t)});
+  data.settings = {{"slam.vision.sigma_px", "0.22"},      {"slam.vision.sigma_first_px", "0.12"},
+                   {"slam.leg_odometry.enabled", "true"}, {"slam.leg_odometry.sigma_m_s", "0.001"},
+                   {"slam.leg_odometry.sigma_sway", "0"}, {"slam.plan_velocity.sigma_m_s", "0.02"},
+                   {"slam.gyro.sigma_rad_s", "0.01"},     {"errors.gyro.sigma_rad_s", "0.01"}};
+  return data;
+}
+
+// Eight draws of three degrees of freedom: chi-square with 24, 9.89 to 45.6 in 99 %, by 24.
+TEST(NoiseRemarks, NameTheSensorTheFactorAndWhatWouldFitAndNothingIfConsistent) {
+  EXPECT_THAT(noise_remarks(tracked_run({{"nis_vision_mean", 0.42},
+                                         {"nis_plan_velocity_mean", 1.89},
+                                         {"nees_position_mean", 12},
+                                         {"nees_orientation_mean", 0.08}})),
+              IsEmpty());
+  EXPECT_THAT(
+      noise_remarks(tracked_run({{"nis_vision_mean", 0.05}, {"nis_plan_velocity_mean", 4}})),
+      ElementsAre("images: NIS 0.05 (consistent: 0.41 to 1.9): the assumed noise is about 4.5 times too "
+                  "large; slam.vision.sigma_px 0.22 → 0.049 would fit",
+                  "leg odometry: NIS 4 (consistent: 0.41 to 1.9): the assumed noise is at least 2 times too "
+                  "small; slam.leg_odometry.sigma_m_s 0.001 → 0.002 or more would fit"));
+  EXPECT_THAT(
+      noise_remarks(tracked_run({{"nis_plan_velocity_mean", 1.6}, {"nees_position_mean", 27}})),
+      ElementsAre("position: NEES 27 (consistent: 0.072 to 13): the stated standard deviations are about 3 "
+                  "times too small; the largest NIS is that of leg odometry (1.6)"));
+  RunData simulated = tracked_run({});
+  simulated.waist_truth.t = {0};
+  EXPECT_THAT(noise_remarks(simulated), IsEmpty());
+  simulated.settings["slam.gyro.sigma_rad_s"] = "0.04";
+  EXPECT_THAT(noise_remarks(simulated),
+              ElementsAre("errors.gyro.sigma_rad_s is 0.01: the assumed noise is about 4 times too large; "
+                          "slam.gyro.sigma_rad_s 0.04 → 0.01 would fit"));
 }
 
 const PaperRow& row(const std::vector<PaperRow>& rows, const std::string& what) {

@@ -188,6 +188,9 @@ TEST_F(Evaluate, ErrorsOfOnlySomePosesSaySoAndSim3ErrorsStateTheirScale) {
   for (files::TumRow& pose : *run.estimate) pose.X.translation() *= 8;
   run.scaled_by = 8;
   EXPECT_THAT(metric("ate_sim3_rmse_m").note.value(), HasSubstr("scale 8; warning: ")) << "scaled before";
+  run.no_scale = "scaled to the truth", run.fitted = true;
+  EXPECT_EQ(reason("rmse_m"), "scaled to the truth");
+  EXPECT_GT(value("ate_se3_rmse_m"), 0.1) << "of the path as the estimator gave it";
 }
 
 TEST_F(Evaluate, InnovationsCountOnceTheRobotMovesAndWhitenessIsTheirCorrelation) {

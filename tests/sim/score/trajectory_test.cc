@@ -270,17 +270,6 @@ TEST(Consistency, ChiSquareQuantilesMatchTheTables) {
   EXPECT_LT(many.high, 3.2);
 }
 
-TEST(Consistency, AMeanNisIsAsExpectedOrStatesHowWrongThePredictedSpreadIs) {
-  for (const auto& [nis, verdict] : {std::pair{0.9, "as expected"},
-                                     {0.5, "as expected"},
-                                     {2.0, "as expected"},
-                                     {0.02, "its predicted spread is about 7 times too large"},
-                                     {0.25, "its predicted spread is about 2.0 times too large"},
-                                     {3.24, "its predicted spread is about 1.8 times too small"},
-                                     {100.0, "its predicted spread is about 10 times too small"}})
-    EXPECT_EQ(nis_verdict(nis), verdict) << nis;
-}
-
 // The bands of ten and of two runs: [1.679, 4.698] (from the table) and [0.619, 7.225].
 TEST(Consistency, TheFractionInTheBandCountsInstantsByTheMeanOverRuns) {
   const std::vector<double> low(10, 1.6), inside(10, 1.7), high(10, 4.7);
