@@ -18,9 +18,9 @@ struct DepthPicture {
 };
 
 /// Draws the geoms of a model's groups 0 and 1, and of group 2 (the head) on request, with textures painted
-/// from a seed. Glass (alpha below 1) is blended over what is behind it, and depth passes through. Owns an
-/// OpenGL context of its thread. Lighting does not depend on the camera: it is computed once for everything
-/// that never moves.
+/// from a seed. Glass (alpha below 1) is blended over the surfaces behind it, and depth passes through. Owns
+/// an OpenGL context of its thread. Lighting does not depend on the camera: it is computed once for
+/// everything that never moves.
 class Scene {
  public:
   /// A picture shows all `views` side by side. shares: a scene with the same model, seed and channels, whose
@@ -62,11 +62,11 @@ class Scene {
   Channels channels_;
   std::vector<Piece> pieces_;  // pieces that never move come first
   std::vector<Vertex> vertices_;
-  std::vector<std::vector<std::uint32_t>> masks_;  // for each view: what its image does not sample
-  std::vector<std::vector<Seen>> seen_;            // in the last picture, by view
+  std::vector<std::vector<std::uint32_t>> masks_;  // for each view: the areas that its image does not sample
+  std::vector<std::vector<Seen>> seen_;            // by view, in the last picture
   std::vector<Eigen::Isometry3f> X_VW_;            // likewise
   struct {
-    std::size_t count = 0;  // at the buffer's beginning
+    std::size_t count = 0;  // number at the start of the buffer
     float lit_by = -1;      // light on them; -1: none yet
   } still_vertices_;
   Renderer renderer_;
