@@ -213,7 +213,7 @@ typedef struct gaitslam_imu_reading {
 } gaitslam_imu_reading;    /* 72 bytes */
 
 /* What else the sensors measured since the previous observation, and the image of camera 0 again. Each
- * sensor's in order of time. */
+ * sensor's in chronological order. */
 typedef struct gaitslam_rig_counts {
   uint32_t images, sweeps, imu_readings;
   uint32_t body_readings; /* of all encoders and force sensors, from before the image of camera 0 */
