@@ -13,7 +13,7 @@ namespace ros {
 /// Frames of the head camera (axes: x right, y down, z forward) and of the chest IMU.
 inline constexpr const char *kCameraFrame = "cam0_optical_frame", *kImuFrame = "imu";
 
-/// Topics of bags and of the live view: prefixes for whose they are, suffixes for what they contain.
+/// Topics of bags and of the live view: prefixes for the source, suffixes for the content.
 inline const std::string kHeadTopics = "/camera", kTrueTopics = "/ground_truth", kPlanTopics = "/plan",
                          kSlamTopics = "/slam", kImageTopic = "/image/compressed",
                          kInfoTopic = "/camera_info", kImuTopic = "/imu", kPoseTopic = "/pose";
@@ -25,7 +25,7 @@ extern const MessageType kCompressedImage, kImage, kImu, kCameraInfo, kPoseStamp
 std::string compressed_image(slam::Stamp t, const std::string& frame, std::string_view png);
 /// Returns the sensor_msgs/Image of 8-bit gray (mono8), RGB (rgb8) or depth in mm (16UC1).
 std::string image(slam::Stamp t, const std::string& frame, const cv::Mat& image);
-/// Returns the sensor_msgs/Imu of a reading, without orientation. The variances are those of one reading.
+/// Returns the sensor_msgs/Imu of a reading, without orientation. The variances apply to a single reading.
 std::string imu(const ExportedReading& reading, const std::string& frame, double gyro_variance,
                 double accelerometer_variance);
 /// Returns the sensor_msgs/CameraInfo. It states an equidistant lens; any other lens counts as no distortion.

@@ -29,8 +29,8 @@ std::string associations(const std::vector<slam::Stamp>& images, const std::vect
   return text;
 }
 
-// A depth camera and the camera of its images: the first pair with a color camera, else the first pair.
-// Without depth: the first color camera, else the head camera.
+// A depth camera and the camera of its images: the first pair with a color camera, otherwise the first
+// pair. Without depth: the first color camera, otherwise the head camera.
 struct Rgbd {
   explicit Rgbd(const ExportContext& out) : rgb(out.head()) {
     const auto is_color = [&](int camera) { return out.sensor(camera).kind == rig::Kind::color; };
