@@ -92,7 +92,7 @@ struct PoseColumns {
     return P;
   }
 
-  // Returns whether a program that was lost wrote a row without a position.
+  // Returns whether a row has no position, as written by some programs while they are lost.
   bool lacks_position(const TableRow& row) const {
     return std::ranges::all_of(position, [&](const Column& column) {
       const auto value = parse_number<double>(row.text(column.field));
