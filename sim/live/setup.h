@@ -27,8 +27,8 @@ std::unique_ptr<controllers::ProgramController> program_controller(const scenari
 /// others.
 physics::PlantVariation plant_variation(std::uint64_t seed, const physics::WorldOptions& world, int joints);
 
-/// Throws ConfigError at world.room if the scenario has a camera and the models have something that it cannot
-/// draw.
+/// Throws ConfigError at world.room if the scenario has a camera and the models contain something that it
+/// cannot draw.
 void require_drawable(const scenario::ReadScenario& read, const physics::Models& models);
 
 /// Moves the head camera and chest IMU of the models to the scenario's mounts. Throws ConfigError if one of
