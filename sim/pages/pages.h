@@ -70,7 +70,7 @@ struct MetricSummary {
   std::string metric;
   std::string column;  ///< column_of()
   std::vector<double> values = {};
-  std::optional<std::pair<double, double>> interval = {};  ///< of the median, 95 %; needs 6
+  std::optional<std::pair<double, double>> interval = {};  ///< 95 % interval of the median; needs 6 seeds
   double worst = 0;
   std::size_t worst_run = 0;  ///< index of the run with the worst value
   std::optional<scenario::MetricLimit> limit = {};
@@ -90,10 +90,10 @@ struct ResultRow {
   /// Returns "3 of 3".
   std::string completed_text() const { return fmt::format("{} of {}", completed, runs.size()); }
 };
-/// Returns the runs as rows, those of a scenario together and the best one first: by coverage in whole
+/// Returns the runs as rows, grouped by scenario with the best one first: by coverage in whole
 /// percent, then by the first metric.
 std::vector<ResultRow> result_rows(const std::vector<RunData>& runs);
-/// Returns the columns that identify a row: the estimator, and those in which rows differ.
+/// Returns the columns that identify a row: the estimator, and columns in which rows differ.
 std::vector<std::pair<std::string, std::string ResultRow::*>> naming_columns(
     const std::vector<ResultRow>& rows);
 /// Returns "≤ 0.05".
@@ -157,8 +157,8 @@ inline const std::vector<PaperExperiment> kPaperExperiments{
 
 /// The runs of each experiment, by name.
 using PaperRuns = std::map<std::string, std::vector<RunData>>;
-/// A row of the table: what is compared (with the paper's section), and both results. agreement: "agrees",
-/// "better", "differs", or empty if the results cannot be compared.
+/// A row of the table: the compared quantity (with the paper's section), and both results. agreement:
+/// "agrees", "better", "differs", or empty if the results cannot be compared.
 struct PaperRow {
   std::string what, paper, bench = "not run", agreement = "";
 };
