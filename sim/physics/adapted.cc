@@ -85,7 +85,7 @@ class Adapter {
     m_.geom_contype[geom] = type, m_.geom_conaffinity[geom] = affinity;
   }
 
-  /// A foot consists of its body and what is fixed to it.
+  /// A foot consists of its body and everything fixed to it.
   void find_feet() {
     for (int body = mine_.base; body < m_.nbody; ++body) {
       const Foot own = std::ranges::find(robot_.feet, name(mjOBJ_BODY, body), &RobotFile::Foot::body);
@@ -169,7 +169,7 @@ class Adapter {
   }
 
   // `contacts` may name geoms that touch the floor only through a contact pair. Without names: the geoms that
-  // touch the floor, or all that touch anything if the model's floor has other bits.
+  // touch the floor, or all geoms that touch anything if the model's floor has different contact bits.
   bool is_sole(int geom, const RobotFile::Foot& foot) const {
     if (!foot.contacts.empty()) return std::ranges::count(foot.contacts, name(mjOBJ_GEOM, geom)) > 0;
     return bits(geom) != 0 && ((bits(geom) & kFloorBit) != 0 || !feet_touch_floor_);
@@ -180,8 +180,8 @@ class Adapter {
     const std::string key = fmt::format("feet.{}", kFootSides[side]);
     body(key, foot.body);
     if (soles_[side] == 0 && foot.contacts.empty())
-      fail(key, fmt::format("body '{}' has no colliding geom, expected the sole; if a scene.xml beside the "
-                            "model has contact pairs, name it as the model",
+      fail(key, fmt::format("body '{}' has no colliding geom, expected the sole; if a scene.xml next to "
+                            "the model has contact pairs, name it as the model",
                             foot.body));
     if (soles_[side] < foot.contacts.size())
       fail(key,

@@ -27,11 +27,11 @@ struct Gains {
 };
 constexpr Gains kLeg{120, 1.8, 4e-4}, kAnkle{40, 0.2, 4e-4}, kOther{12, 0.2, 1e-4};
 // The ankle admittance times mass and height of the center of mass, because torques grow with both. Tried on
-// robots of 18 to 95 kg. For small robots the height is taken as at least 0.45 m.
+// robots of 18 to 95 kg. The height is taken as at least 0.45 m.
 constexpr double kAdmittance = 1.0, kLeastHeight_m = 0.45;
 // The longest step ahead: a fraction of the height of the center of mass, up to a limit.
 constexpr double kStepShare = 0.22, kLongestStep_m = 0.12;
-// The share of the ankle's torque limit that standing on one foot may need.
+// The fraction of the ankle's torque limit that standing on one foot may need.
 constexpr double kAnkleShare = 0.65;
 // Hips count as weak if the torque limit of their roll joints is below this multiple of the torque for
 // standing on one foot, which is the weight times half the distance between the feet. Faster steps with the
@@ -358,8 +358,8 @@ class Guess {
     return called && m_.body_geomnum[body] > 0;
   }
 
-  // The chest carries two or more chains besides the legs. A head or neck is recognized by its name; else the
-  // chest serves.
+  // The chest carries two or more chains besides the legs. A head or neck is recognized by its name; without
+  // either, the chest is used.
   void find_upper_body() {
     chest_ = base_;
     for (int body = base_ + 1; body < m_.nbody; ++body) {

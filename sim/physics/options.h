@@ -1,5 +1,5 @@
-// Scenario keys of the simulated world, and what is drawn for each seed. The only header of sim/physics that
-// sim/scenario includes.
+// Scenario keys of the simulated world, and the quantities drawn for each seed. The only header of
+// sim/physics that sim/scenario includes.
 #pragma once
 
 #include <Eigen/Core>

@@ -70,7 +70,7 @@ std::string Writer::name(int type, int id) const {
   return own ? own : "";
 }
 
-// The bench has sites of its own.
+// The bench has its own sites.
 std::string Writer::site_name(int site) const {
   const std::string own = name(mjOBJ_SITE, site);
   return "site/" + (own.empty() ? std::to_string(site) : own);
