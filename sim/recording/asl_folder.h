@@ -59,15 +59,16 @@ struct TimedRotation {
 
 struct GyroComparison {
   double late_s;                          ///< the gyro's stamps minus the truth's; 0 without evidence
-  double correlation, as_stamped;         ///< correlation of the rotation speeds: at this offset; at none
+  double correlation, as_stamped;  ///< correlation of the rotation speeds: at this offset; without an offset
   double gain;                            ///< the gyro's speeds relative to the truth's
   bool mirrored = false;                  ///< only a rotation of the body's mirror image explains the gyro
-  std::optional<double> turned_rad = {};  ///< angle between the axes of the two, if decisively not 0
+  std::optional<double> turned_rad = {};  ///< angle between their axes; absent unless decisively nonzero
 };
 
 /// Compares a gyro with the truth of the first hour by their turns over 0.1 s, without bias. R_GT: from the
-/// truth's axes to the gyro's. An offset (at most 10 s) or other axes are only reported if their
-/// log-likelihood ratio to none is at least 20. Returns nothing unless the speeds correlate by at least 0.6.
+/// truth's axes to the gyro's. An offset (at most 10 s) or different axes are only reported if
+/// their log-likelihood ratio to no change is at least 20. Returns nothing unless the speeds correlate by at
+/// least 0.6.
 std::optional<GyroComparison> compare_gyro(const std::vector<TimedRotation>& gyro,
                                            const std::vector<files::TumRow>& truth,
                                            const Eigen::Matrix3d& R_GT = Eigen::Matrix3d::Identity());

@@ -36,7 +36,7 @@ Turns turns(const std::vector<files::TumRow>& poses, slam::Stamp begin, std::siz
 struct Correlation {
   double r = 0, gain = 0;
   int pairs = 0;
-  /// Log-likelihood of the linear relation, relative to none, with as many speeds as windows.
+  /// Log-likelihood ratio of a linear relation to no relation, counting one independent speed per window.
   double evidence(double of_r) const {
     return 0.5 * pairs / kWindow * -std::log1p(-std::pow(std::clamp(of_r, 0.0, 1 - 1e-12), 2));
   }
@@ -89,7 +89,7 @@ struct Moments {
   double explained(const Eigen::Matrix3d& M) const {
     return (2 * (both * M.transpose()).trace() - truth.trace()) / gyro.trace();
   }
-  /// Log-likelihood ratio of M to another transformation. Less than 0.3 % of the variance does not count.
+  /// Log-likelihood ratio of M to a different transformation. Less than 0.3 % of the variance does not count.
   double evidence(const Eigen::Matrix3d& M, const Eigen::Matrix3d& other) const {
     const auto left = [&](const Eigen::Matrix3d& of) { return std::max(1 - explained(of), 3e-3); };
     return 0.5 * pairs / kWindow * std::log(left(other) / left(M));

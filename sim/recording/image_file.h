@@ -26,8 +26,8 @@ void require_image_size(const fs::path& file, std::string_view bytes, const cv::
 /// decoded, because it may be cut off. Throws FileError.
 ImageHeader check_image(const fs::path& file, const cv::Size& size);
 
-/// Returns the gray pixels of an image of this size as stored: an orientation in its metadata (EXIF) does not
-/// turn them. Checks the size first. Throws FileError.
+/// Returns the gray pixels of an image of this size as stored: an orientation in its metadata (EXIF) is
+/// ignored. Checks the size first. Throws FileError.
 cv::Mat decode_image(const fs::path& file, std::string_view bytes, const cv::Size& size);
 
 /// Returns an image as PNG: 8-bit gray (CV_8UC1), RGB in this order (CV_8UC3), or 16-bit gray (CV_16UC1). All
@@ -35,8 +35,8 @@ cv::Mat decode_image(const fs::path& file, std::string_view bytes, const cv::Siz
 std::string encode_png(const cv::Mat& image);
 
 /// Returns an image of this type from the output of encode_png(): gray with the pixels of cv::imdecode, color
-/// as RGB; nothing for other or damaged bytes. Checks only the checksum of the pixels, not those of the
-/// chunks.
+/// as RGB; nothing for other or damaged bytes. Checks only the checksum of the pixels, not the chunks'
+/// checksums.
 std::optional<cv::Mat> decode_png(std::string_view png, int type);
 
 }  // namespace sim::recording
