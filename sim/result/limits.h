@@ -40,7 +40,7 @@ std::vector<double> values_of(const std::string& metric, const std::vector<SeedS
 JudgedLimit judge(const scenario::Scenario& scenario, const scenario::MetricLimit& limit,
                   std::optional<double> value);
 
-/// Judges the limits on single runs (those without an aggregate). value_of: the value of a metric by its
+/// Judges the limits on single runs (limits without an aggregate). value_of: the value of a metric by its
 /// name.
 std::vector<JudgedLimit> judge_run(const scenario::Scenario& scenario,
                                    const std::function<std::optional<double>(const std::string&)>& value_of);
@@ -48,8 +48,8 @@ std::vector<JudgedLimit> judge_run(const scenario::Scenario& scenario,
 /// Returns whether the scenario allows this ending.
 bool is_allowed(const scenario::Scenario& scenario, scenario::Ending ending);
 
-/// Returns the exit code of a run: 3 if the scenario does not allow its ending, 1 if it missed a limit, else
-/// 0.
+/// Returns the exit code of a run: 3 if the scenario does not allow its ending, 1 if it missed a limit,
+/// otherwise 0.
 int exit_code(const scenario::Scenario& scenario, scenario::Ending ending,
               const std::vector<JudgedLimit>& limits);
 
@@ -88,16 +88,16 @@ nlohmann::ordered_json to_json(const Summary& summary);
 /// Writes summary.json completely or not at all. Throws FileError.
 void write_summary(const fs::path& file, const Summary& summary);
 
-/// Updates the summary.json beside a new result seed-<n>, if there is one and no other process is writing it,
-/// so that it covers all seeds of the same provenance.
+/// Updates the summary.json next to a new result seed-<n>, if there is one and no other process is writing
+/// it, so that it covers all seeds of the same provenance.
 void renew_summary(const fs::path& result);
 
 /// Returns a table for the terminal: seeds, headline metrics and metrics with limits (or all), and limits.
 std::string summary_table(const Summary& summary, const TableStyle& style = {});
 
 /// Returns a table of the headline metrics and the metrics with limits, or of all, from a result folder. A
-/// reason shared by several metrics appears once, below them. The table includes the cause of any ending but
-/// completed, unless `failed` says that the caller prints it.
+/// reason shared by several metrics appears once, below them. The table includes the cause of any ending
+/// other than completed, unless `failed` is set because the caller prints it.
 std::string score_table(const fs::path& result_folder, const TableStyle& style = {}, bool failed = false);
 
 }  // namespace sim::result
