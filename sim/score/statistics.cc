@@ -41,8 +41,8 @@ Ranks rank(std::vector<std::pair<double, bool>> sizes) {
   return ranks;
 }
 
-// Twice the smaller of two probabilities, over all sign patterns: of a rank sum up to the observed one, and
-// from it.
+// Returns twice the smaller of two probabilities over all sign patterns: a rank sum at most, or at least,
+// as large as the observed one.
 double exact_p(const Ranks& ranks) {
   const int most = std::accumulate(ranks.twice.begin(), ranks.twice.end(), 0);
   std::vector<double> patterns(static_cast<std::size_t>(most) + 1);  // number of patterns with each sum

@@ -70,8 +70,8 @@ Summary summarize(const std::vector<double>& values, const Direction& direction)
 /// approximation.
 double wilcoxon_signed_rank(const std::vector<double>& differences);
 
-/// Returns a confidence interval of at least 95 % for the median of the distribution from which the values
-/// come, whatever it is (order statistics). Returns nothing for fewer than 6 values.
+/// Returns a confidence interval of at least 95 % for the median of any distribution from which the values
+/// come (order statistics). Returns nothing for fewer than 6 values.
 std::optional<std::pair<double, double>> median_interval(std::vector<double> values);
 
 /// The 95 % confidence interval of a mean, and the two-sided p-value of the true mean being 0.
@@ -100,13 +100,13 @@ Band mean_band(int dof, int count, double confidence = 0.95);
 
 inline constexpr double kSettled_s = 5;  ///< earlier moments are not judged, because the start is given
 
-/// Consistency of many runs together. mean: over all moments. inside, below: the fractions of moments at
-/// which the mean over the runs is inside its 95 % confidence interval, or below it.
+/// Consistency of many runs together. mean: over all moments. inside, below: the fractions of moments
+/// when the mean over the runs is inside its 95 % confidence interval, or below it.
 struct BandFractions {
   double mean = 0, inside = 0, below = 0;
 };
 /// Returns the fractions, or nothing if no run has a value. moments: for each moment, the normalized squares
-/// (dof degrees of freedom) of those independent runs that have one.
+/// (dof degrees of freedom) of the independent runs that have one.
 std::optional<BandFractions> band_fractions(const std::vector<std::vector<double>>& moments, int dof);
 
 }  // namespace sim::score

@@ -82,7 +82,7 @@ double turn(const PosePair& from, const PosePair& to, const Spans& which) {
   return rotation_vector(R).norm() * (which.unit == Unit::degrees ? 180 / std::numbers::pi : 1);
 }
 
-// The place of each pose along the path: frames, meters, radians or degrees turned, or seconds.
+// Returns the position of each pose along the path: frames, meters, radians or degrees turned, or seconds.
 std::vector<double> places(const std::vector<PosePair>& pairs, const Spans& which) {
   const auto place = [&](std::size_t i, double before) {
     if (which.unit == Unit::frames) return static_cast<double>(i);
