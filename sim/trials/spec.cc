@@ -32,7 +32,7 @@ std::vector<Range> read_parameters(const Yaml& node) {
 
 /// An entry of training or hold-out: recordings replayed with the same changes to their scenario.
 struct Entry {
-  const Yaml* recordings = nullptr;  ///< a result folder, or a folder of seed-<n>; null: the cache's
+  const Yaml* recordings = nullptr;  ///< a result folder, or a folder of seed-<n>; null: in the cache
   std::string scenario;              ///< the file to replay with; empty: the result's own
   std::vector<std::uint64_t> seeds;
   scenario::Changes changes;
