@@ -19,7 +19,7 @@ struct ClientMessage {
   double factor = 0;  ///< for "speed": times real time; 0: full speed
 };
 
-/// Returns the message in a text. Throws std::invalid_argument if the text is not a message.
+/// Parses a message. Throws std::invalid_argument if the text is not a message.
 ClientMessage read_client_message(std::string_view text);
 
 /// The speed of a run. Commands come from one thread; the run waits in another.
@@ -132,7 +132,7 @@ class LiveView {
   std::atomic<bool> begun_ = false;
   struct {
     Readings newest;
-    std::size_t numbers = 0;                             // count of frames with readings
+    std::size_t numbers = 0;                             // number of frames with readings
     std::deque<std::pair<std::size_t, Readings>> shown;  // by number; used by the server's thread
   } rig_;
   struct {
@@ -144,9 +144,9 @@ class LiveView {
   std::mutex past_mutex_;
   std::vector<std::string> past_;  // frames without images, for pages opened later
   slam::Stamp kept_until_{0};
-  slam::Stamp period_ = std::chrono::milliseconds(34);  // of a frame
+  slam::Stamp period_ = std::chrono::milliseconds(34);  // of one frame
   Message last_;                                        // used by the server's thread
-  Server server_;                                       // last member: its thread uses those above
+  Server server_;                                       // last member: its thread uses the members above
 };
 
 /// Adds the image, the estimator's results and, if wanted, the map.

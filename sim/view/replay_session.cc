@@ -61,7 +61,7 @@ class ReplaySession : public ViewSession {
     view_->show(frame);
   }
 
-  std::vector<Frame> frames_;  // of the recording
+  std::vector<Frame> frames_;  // frames of the recording
   std::size_t next_ = 0;
   tracking::TrackingObserver observer_;
   std::optional<LiveView> view_;

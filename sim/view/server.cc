@@ -38,7 +38,7 @@ constexpr std::size_t kLeastTokenLength = 22;  // 128 bits, also in base64
 
 std::string_view plain(beast::string_view text) { return {text.data(), text.size()}; }
 
-/// An address in the browser: scheme://shown/path. `shown` lacks the scheme's default port, as browsers do.
+/// An address in the browser: scheme://shown/path. `shown` omits the scheme's default port, as browsers do.
 struct Place {
   std::string scheme, shown, full, path;
   std::string origin() const { return scheme + "://" + shown; }
@@ -302,7 +302,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   beast::tcp_stream stream_;
   beast::flat_buffer buffer_;
   bool takes_gzip_ = false;
-  std::string known_;  // hash of what the browser already has
+  std::string known_;  // hash of the version that the browser already has
   std::optional<http::request_parser<http::empty_body>> parser_;
 };
 
