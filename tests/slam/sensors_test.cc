@@ -254,7 +254,7 @@ TEST(PlanHistory, ACommandIsFollowedWithALagAndOnlyWithoutAPlanOrLegOdometry) {
 }
 
 /// A robot that walks along y of the plan's world with a step of 0.1 m in every eight frames. Plan and
-/// odometry are in worlds that are turned relative to each other. sways_m: sideways, alternately to each
+/// odometry are in worlds that are rotated relative to each other. sways_m: sideways, alternately to each
 /// side.
 std::vector<Observation> stepping(double scale, double sways_m = 0) {
   Eigen::Isometry3d X_PC = Eigen::Isometry3d::Identity();

@@ -61,7 +61,7 @@ TEST_F(BatchTest, AReplayGivesTheSameBytesAndAcceptsAnotherScenarioOfTheSameWalk
   EXPECT_THAT(other.err, Has("other.yaml: walk.commands is"));
 }
 
-// In a container the program that starts a batch is often process 1.
+// In a container, the program that starts a batch is often process 1.
 TEST_F(BatchTest, RunsWhereTheBatchIsTheFirstProcess) {
   if (shell("unshare --user --pid --fork true").exit_code != 0) GTEST_SKIP() << "no namespaces here";
   shell("unshare --user --pid --fork " GAITSLAM_PROGRAM

@@ -95,7 +95,7 @@ TEST_F(ExternalEstimator, ATimeModelIsReportedAndAMeasuredOneIsNotRepeatable) {
   EXPECT_FALSE(json_in("out/score.json")["estimator_time"]["repeatable"]);
 }
 
-// The bound is a tenth of the path. Without noise, the walk turns and moves as planned except for its slip.
+// The bound is a tenth of the path. Without noise, the walk follows its plan except for slip.
 TEST_F(ExternalEstimator, GyroAndPlanFollowsTheWalkInPythonAndWhenCompiledAsInTheReadme) {
   const std::string example = kSources + "/tools/examples/gyro_and_plan";
   const auto poses = [&](const std::string& program) {
@@ -230,7 +230,7 @@ TEST_F(ExternalEstimator, EvaluateRunsAProgramOnSeveralRecordings) {
   const auto evaluated = json_in("e/walk/seed-1/score.json"), metrics = evaluated["metrics"];
   EXPECT_EQ(json_in("e/walk/seed-1/about.json")["alignment"], "none");
   EXPECT_EQ(evaluated["estimator"], "plan_alone_external");
-  const auto timing = json_in("e/walk/seed-1/timing.json");  // of the whole command
+  const auto timing = json_in("e/walk/seed-1/timing.json");  // times of the whole command
   EXPECT_GT(timing["frame_cpu_ms_mean"], 0);
   EXPECT_FALSE(timing.contains("frame_cpu_ms_median"));
   EXPECT_EQ(metrics["tracked_fraction"]["value"], 1);

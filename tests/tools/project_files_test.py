@@ -61,7 +61,7 @@ RULES = {
     'tools/cli/jobs/': 'tools/cli/ sim/trials/ sim/regression/ sim/result/ sim/recording/ sim/scenario/ sim/files/ CLI/ fmt/ '
                        'nlohmann/ fcntl.h signal.h spawn.h unistd.h sys/',
 }
-# Headers that the run and the writer of recordings include but that do not affect a recording.
+# Headers that are included by the run and the writer of recordings but do not affect a recording.
 SHAPE_NOTHING = {'sim/result/result.h', 'sim/scenario/scenario.h', 'sim/files/atomic_file.h', 'sim/files/text.h',
                  'sim/result/limits.h', 'sim/tracking/tracking.h',
                  'sim/sensor_errors/faults.h'}  # its keys are in the cache's key
@@ -86,7 +86,7 @@ def sources_below(*folders):
 
 
 def cycle(texts):
-    """Units (X.h with X.cc) that need each other in a circle."""
+    """Units (X.h with X.cc) with circular dependencies."""
     needs = {}
     for file, text in texts.items():
         headers = {name.rpartition('.')[0] for name in includes(text) if name.endswith('.h')}
@@ -177,7 +177,7 @@ class JavaScript(unittest.TestCase):
 
 
 class RecordingSources(unittest.TestCase):
-    """Which changes of sources make recordings stale, by the hash that the build computes."""
+    """Tests which source changes make recordings stale, using the hash computed by the build."""
 
     def setUp(self):
         place = tempfile.TemporaryDirectory()

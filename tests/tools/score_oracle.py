@@ -48,7 +48,7 @@ def quaternion(axis_angle):
 
 
 def angle(R):
-    """By the chord |R - I| = 2 sqrt(2) sin(angle/2), and by the trace beyond a right angle."""
+    """Computed from the chord |R - I| = 2 sqrt(2) sin(angle/2), and from the trace beyond a right angle."""
     sine = np.linalg.norm(R - np.eye(3)) / (2 * math.sqrt(2))
     return 2 * math.asin(sine) if sine < 0.7 else math.acos(max(-1, (np.trace(R) - 1) / 2))
 
@@ -66,7 +66,7 @@ def pose(row):
 
 
 def yaw(R):
-    """The turn about z nearest to R: the trace of Rz(a)^T R is largest."""
+    """The turn about z nearest to R: maximizes the trace of Rz(a)^T R."""
     return math.atan2(R[1, 0] - R[0, 1], R[0, 0] + R[1, 1])
 
 
@@ -217,7 +217,7 @@ def check_score(program):
             for relation in few:
                 ran = run(program, a, b, *declared, "--align", alignment, "-r", relation, "--json")
                 name = f"{kind} {alignment} {relation}"
-                if S is None or kind == "point":  # a trajectory that does not move is an error of whoever wrote it
+                if S is None or kind == "point":  # a trajectory without motion is an error of its writer
                     check(name + " refused", ran.returncode, 2)
                     check(name + " reason in one line", ran.stderr.count("\n"), 1)
                     continue
@@ -295,7 +295,7 @@ FILES = {  # each as if its path were x = t, y = sin t
 REFUSED = [
     ("truth.tum frames.tum", "frames.tum: its 300 poses last 299.000 s, the 300 of truth.tum last 9.967 s: the stamps of one are in another unit"),
     ("frames.tum truth.tum", "frames.tum: its 300 poses last 299.000 s"),
-    ("truth.tum poses.txt", "poses.txt: its stamps are frame numbers, those of truth.tum are times; times.txt"),
+    ("truth.tum poses.txt", "poses.txt: its stamps are frame numbers, but truth.tum has times; write times.txt"),
     ("truth.tum poses.csv", "poses.csv:1: no header names the columns that commas separate (decimal commas need semicolons or tabs); the "
                             "first row has 8 columns: 0,0.0,0.0,1,1,0,0,0; expected TUM"),
     ("truth.tum ms.tum", "ms.tum: its 300 poses last 9966.667 s, the 300 of truth.tum"),
@@ -321,9 +321,9 @@ REFUSED = [
 ACCEPTED = [
     ("truth.tum once_a_second.tum", ""), ("frames.tum frames.tum", ""),
     ("truth.tum us.csv", "\nmatched   300"), ("truth.tum ms.tum --columns t[ms],x,y,z", "\nmatched   300"),
-    ("truth.tum mm.tum", "warning   its positions are 1000 times those of the truth; --columns \"t[s] tx[mm] ty[mm] tz[mm] qx qy qz qw\" cuts"),
-    ("mm.tum truth.tum", "warning   its positions are 0.001 times those of the truth; --truth-columns \"t[s] tx[mm] ty[mm] tz[mm] qx"),
-    ("truth.tum degrees.tum", "warning   its positions are 57.3 times those of the truth; --align sim3 cuts the error from "),
+    ("truth.tum mm.tum", "warning   its positions are 1000 times the true ones; --columns \"t[s] tx[mm] ty[mm] tz[mm] qx qy qz qw\" cuts"),
+    ("mm.tum truth.tum", "warning   its positions are 0.001 times the true ones; --truth-columns \"t[s] tx[mm] ty[mm] tz[mm] qx"),
+    ("truth.tum degrees.tum", "warning   its positions are 57.3 times the true ones; --align sim3 cuts the error from "),
     ("truth.tum ahead.tum", "warning   the clocks differ; --t-offset -0.400 cuts the error from "),
     ("truth.tum ahead.tum --t-offset -0.3", "warning   the clocks differ; --t-offset -0.400 cuts the error from "),
     ("truth.tum gps.tum", "warning   the clocks differ; --t-offset 3.000 cuts the error from "),
@@ -333,7 +333,7 @@ ACCEPTED = [
     ("truth.tum flat.tum --align yaw", "warning   its y axis is mirrored"), ("truth.tum flat.tum --align se3", "\nalignment se3\n\n"),
     ("truth.tum noisy.tum", "\nalignment none\nwarning   sim3"), ("truth.tum noisy.tum --align se3", "\nalignment se3\n\n"),
     ("truth.tum late.tum --t-offset -1000000000", ""),
-    ("truth.tum still.tum -r angle_deg", ""),  # a camera may turn on the spot
+    ("truth.tum still.tum -r angle_deg", ""),  # a camera may turn in place
     ("truth.tum short.tum", ""),
     ("positions.csv truth.tum", "300 100.0 %" + 5 * "         0" + "\nAPE origin [m]                    a file has only positions\n"),
     ("truth.tum named.csv", "NEES none, position [1]             300 100.0 %         -         2         2"),

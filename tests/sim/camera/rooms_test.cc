@@ -36,7 +36,7 @@ bool is_shell(const score::Surface& s) {
   return s.kind == score::Surface::Kind::plane && s.size.prod() == 0 && s.size.maxCoeff() > 3;
 }
 
-// The hall of 11 x 25 m and the open office of 7 x 25 m beside it are one space.
+// The hall of 11 x 25 m and the adjacent open office of 7 x 25 m are one space.
 TEST(Rooms, HaveTheirSizeContainEverythingAndLeaveMetersFreeAroundTheWalk) {
   const Vector2d walked(0.9, 0.15);  // middle of the circles
   for (const Room& room : {kOffice, kHall}) {
@@ -110,7 +110,7 @@ TEST(Office, OffersCornersAllOverTheImageAtEveryHeading) {
     cv::goodFeaturesToTrack(image, corners, 0, 1e-6, 10, strength > kThreshold, 11);
     std::set<int> twelfths;
     for (const cv::Point2f& corner : corners) twelfths.insert(int(corner.x) / 80 + 4 * (int(corner.y) / 80));
-    EXPECT_GE(corners.size(), 30u) << step;  // two and a half times what the filter keeps in view
+    EXPECT_GE(corners.size(), 30u) << step;  // two and a half times the number that the filter keeps in view
     EXPECT_GE(twelfths.size(), 7u) << step;
   }
 }
@@ -131,14 +131,14 @@ class DrawnRobot : public testing::Test {
   PosedRobot robot_{robot_file(), "office", models()};
 };
 
-// The physics knows fewer shapes than the drawing, but the same bodies.
+// The physics model has fewer shapes than the drawn one, but the same bodies.
 TEST_F(DrawnRobot, HasItsBodiesWhereThePlantHasThem) {
   const World world = standing({}, kSomewhere);
   const std::vector<std::string>& names = robot_.bodies();
   const std::vector<float> plant = body_poses(*world.model(), *world.data(), names),
                            drawn = robot_.poses({world.X_WB(), half_sitting()});
   EXPECT_GE(names.size(), 29u);
-  for (const std::string& body : names)  // float, and bushes that carry no weight yet
+  for (const std::string& body : names)  // float, and bushings that carry no weight yet
     EXPECT_TRUE(pose(plant, body).isApprox(pose(drawn, body), 1e-5)) << body;
   EXPECT_TRUE(pose(drawn, "BODY").isApprox(world.X_WB(), 1e-6));
   EXPECT_THROW(body_poses(*world.model(), *world.data(), {"TAIL"}), std::invalid_argument);

@@ -79,11 +79,10 @@ TEST_F(ControllerTest, AProgramRejectsInputOtherThanItsMessages) {
   }
 }
 
-// A network with four hidden units: it sways with the sine of the phase and lifts each leg in its half of the
-// phase. The recurrent network rotates its two-unit state without an input. The expected outputs of LSTM and
-// GRU are from torch 1.13.1.
-// The recurrent one rotates its state of two units without an input. Expected outputs of LSTM and GRU:
-// torch 1.13.1.
+// A network with four hidden units that sways with the sine of the phase and lifts each leg during its half
+// of the phase. The recurrent network rotates its two-unit state without an input. The expected outputs of
+// LSTM and GRU are from torch 1.13.1. The recurrent one rotates its state of two units without an input.
+// Expected outputs of LSTM and GRU: torch 1.13.1.
 constexpr const char* kMakeNetwork = R"(
 import numpy as np, subprocess, sys
 joints = [f'{side}_{joint}_joint' for side in ('left', 'right')
@@ -157,7 +156,7 @@ TEST_F(ControllerTest, NetworksOfTheExampleComputeLikePyTorchAndStandAndStepInPl
     const sim::recording::Truth truth = sim::recording::read_truth(folder_ / name / "recording");
     const auto start = sim::recording::RecordingReader(folder_ / name / "recording").setup().X_WC_start;
     EXPECT_LT((start.translation() - truth.camera.front().X.translation()).norm(), 0.01) << name;
-    int lifts = 0;  // of the left foot
+    int lifts = 0;  // number of lifts of the left foot
     bool was_up = false;
     for (const sim::recording::TrueFeet& feet : truth.feet) {
       const bool up = feet.left.load_n < 5;
@@ -169,7 +168,7 @@ TEST_F(ControllerTest, NetworksOfTheExampleComputeLikePyTorchAndStandAndStepInPl
     EXPECT_THAT(file(name, "score.json"), HasSubstr("the walk has no plan"));
     EXPECT_THAT(file(name, "feet.csv"), AllOf(HasSubstr(",left,support,"), Not(HasSubstr("put_down"))));
   }
-  // The path waits for a robot that marches in place, but its end stays where the commands end.
+  // The path waits for a robot that marches in place, but its end remains at the end of the commands.
   const auto outcome = run("steered", read(kG1, {program(recurrent), "walk.steering.by=truth",
                                                  "walk.commands=[{straight: {forward_m: 1}}]"}));
   EXPECT_EQ(outcome.ending, Ending::stopped) << outcome.cause;

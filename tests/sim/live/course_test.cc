@@ -1,5 +1,5 @@
-// Runs that do not end where their plan does: steered by the truth or by the estimate, or stopped by walls
-// and furniture.
+// Runs that do not end at the end of their plan: steered by the truth or by the estimate, or stopped by
+// walls and furniture.
 #include "sim/live/setup.h"
 #include "sim/scenario/robot.h"
 #include "tests/sim/live/run_folder.h"
@@ -13,7 +13,7 @@ using sim::scenario::Ending;
 using sim::scenario::ReadScenario;
 using testing::HasSubstr, testing::IsEmpty, testing::StartsWith;
 
-// On the slippery floor, so that a few steps drift.
+// Walks on the slippery floor, so that a few steps suffice for a drift.
 constexpr const char* kWalk = R"(
 walk: {commands: [{stand: {duration_s: 0.5}}, {perpendicular_arc: {radius_m: 0.75, angle_deg: 60}}]}
 walk.single_support_s: 0.78
@@ -43,7 +43,7 @@ TEST_F(SteeredRunTest, SteeredByTheTruthTheRobotReachesTheEndOfTheUncorrectedPla
   EXPECT_FALSE(fs::exists(folder_ / "plan/corrected_steps.csv"));
   EXPECT_FALSE(fs::exists(folder_ / "plan/recording/truth/waist_desired.csv"));
   EXPECT_TRUE(fs::exists(folder_ / "truth/recording/truth/corrected_steps.csv"));
-  // The recording of the steered walk contains the path that the other walk plans, even while steps are
+  // The recording of the steered walk contains the path planned by the other walk, even while steps are
   // added.
   const auto rows = [](const std::string& csv) { return csv.substr(csv.find('\n')); };
   const std::string planned = rows(file("plan", "recording/truth/waist_plan.csv"));
@@ -85,8 +85,8 @@ TEST_F(SteeredRunTest, AnAnswerSteersOnlyAfterItsComputingTime) {
   EXPECT_EQ(file("0", "estimate.tum"), file("none", "estimate.tum"));
 }
 
-// plan_alone estimates what was planned: without a difference nothing is corrected, however the true robot
-// drifts. A steering that saw the truth would correct.
+// plan_alone returns the planned poses as its estimate: without a difference nothing is corrected, even if
+// the true robot drifts. Steering that used the truth would correct it.
 TEST_F(SteeredRunTest, SteeringSeesOnlyTheEstimate) {
   ASSERT_EQ(run("blind", read(kShortWalkInOffice, {"estimator=plan_alone", "world.floor_friction=0.08",
                                                    "walk.steering.dead_band_sigma=0"}))
@@ -194,8 +194,8 @@ ReadScenario without_filter(const fs::path& file) {
   return sim::scenario::read_scenario(file, {overrides, {"camera", "slam"}});
 }
 
-// One scenario per walk: those that differ only in filter, camera, sensor errors or limits walk alike. The
-// regression and the front page walk some of them.
+// One scenario per walk: scenarios that differ only in filter, camera, sensor errors or limits have the same
+// walk. The regression and the front page walk some of them.
 std::vector<fs::path> distinct_walks() {
   const std::set<std::string> elsewhere{"tangent_circle", "perpendicular_circle",
                                         "perpendicular_circle_steered", "hall", "slippery_laps"};
@@ -218,8 +218,8 @@ std::vector<fs::path> distinct_walks() {
 class LongWalks : public tests::RunFolder, public testing::WithParamInterface<fs::path> {};
 INSTANTIATE_TEST_SUITE_P(, LongWalks, testing::ValuesIn(distinct_walks()), sim::scenario::test_name);
 
-// A warning of MuJoCo (a buffer too small, a bad state) ends a walk as "failed". A scenario that asks its
-// filter to give up ("diverged") completes here without it.
+// A warning of MuJoCo (a buffer too small, a bad state) ends a walk as "failed". A scenario that requires
+// its filter to give up ("diverged") completes here without a filter.
 TEST_P(LongWalks, CompleteAndRaiseNoWarning) {
   const ReadScenario walk = without_filter(GetParam());
   const Outcome outcome = run("walk", walk);

@@ -46,7 +46,7 @@ class RunTest : public tests::RunFolder {
 
 TEST_F(RunTest, SameSeedGivesTheSameBitsHoweverImagesAreDrawnAndPassesTheSelfCheck) {
   live("one");
-  ASSERT_EQ(run("two", scenario(), 2).exit_code, 0) << "images drawn beside the walk";
+  ASSERT_EQ(run("two", scenario(), 2).exit_code, 0) << "images drawn in parallel with the walk";
   EXPECT_THAT(tests::differences(folder_ / "one", folder_ / "two"), IsEmpty());
   expect_checked("one");
 }
@@ -69,7 +69,7 @@ TEST_F(RunTest, ARigIsRecordedWithTheSameBytesHoweverItIsDrawnAndChangesNoEstima
       "  {depth: {name: depth1, aligned_with: rgb0}}, {imu: {rate_hz: 500}}, {lidar: {points_per_s: "
       "2000}}]\n";
   ASSERT_EQ(run("one", read(kRig)).ending, Ending::completed);
-  ASSERT_EQ(run("two", read(kRig), 2).ending, Ending::completed) << "drawn beside the walk";
+  ASSERT_EQ(run("two", read(kRig), 2).ending, Ending::completed) << "drawn in parallel with the walk";
   EXPECT_THAT(tests::differences(folder_ / "one", folder_ / "two"), IsEmpty());
   ASSERT_EQ(replay("one", "replay", read(kRig)).ending, Ending::completed);
   EXPECT_THAT(changed_by_replay("one", "replay"), IsEmpty());
@@ -94,7 +94,7 @@ TEST_F(RunTest, ARigIsRecordedWithTheSameBytesHoweverItIsDrawnAndChangesNoEstima
   for (std::size_t i = 0; i < rates.size(); ++i) EXPECT_NEAR(readings[i], rates[i] * end_s, 2) << i;
 }
 
-// Also with its plan instead of leg odometry.
+// Also uses its plan instead of leg odometry.
 TEST_F(RunTest, At640By480AWalkPassesItsCheckAndIsReplayedBitForBit) {
   constexpr const char* kLarge =
       "walk: {commands: [{stand: {duration_s: 0.5}}, {tangent_arc: {angle_deg: 10}}]}\n"
@@ -150,7 +150,7 @@ TEST_F(RunTest, AFallEndsTheRunWithACompleteFolderAndExitCodeThreeUnlessItIsAllo
   EXPECT_EQ(allowed.exit_code, 0);
 }
 
-// A robot that is put on the floor sinks into its pads and bushes, shaking at up to 10 m/s². That is over
+// A robot that is put on the floor sinks into its pads and bushings, shaking at up to 10 m/s². That is over
 // before t = 0. A standing robot sways by less than 0.05 m/s².
 TEST_F(RunTest, TheRecordingStartsAtRest) {
   for (const char* seed : {"seed=1", "seed=2", "seed=3"}) {

@@ -1,4 +1,4 @@
-// The self check on a short real walk: it passes what is right and detects a lag of one sample.
+// Tests the self-check on a short real walk: it passes correct readings and detects a lag of one sample.
 #include "sim/live/self_check.h"
 
 #include "sim/live/run.h"
@@ -33,7 +33,7 @@ class SelfCheckTest : public testing::Test {
 
 std::chrono::milliseconds at(int i) { return std::chrono::milliseconds(5 * i); }
 
-// The readings of a body that turns back and forth, compared with its truth `lag` readings earlier.
+// Compares the readings of a body that turns back and forth with its truth `lag` readings earlier.
 live::InertialCheck turning(int lag) {
   const auto yaw = [](int i) { return 0.3 * std::sin(0.02 * std::max(0, i)); };
   live::InertialCheck check(recording::TrueMotion{});

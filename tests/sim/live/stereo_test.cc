@@ -12,7 +12,7 @@ namespace fs = std::filesystem;
 
 using StereoExport = tests::RunFolder;
 
-// The second eye is turned, so that the pictures must be rectified.
+// The second eye is rotated, so that the pictures must be rectified.
 constexpr const char* kStand = R"(
 walk: {commands: [stand: {duration_s: 0.1}]}
 camera: {width_px: 640, height_px: 480}

@@ -15,7 +15,7 @@ using files::TemporaryFolder;
 using tests::Has;
 
 /// A robot of few links in the style of public models: degrees, newer attributes, visuals without meshes.
-/// hips: of a link between base and legs.
+/// hips: elements of a link between base and legs.
 std::string model(const std::string& hips = "") {
   const auto link = [](const std::string& name, const std::string& pos, const std::string& axis,
                        const std::string& more) {
@@ -43,7 +43,7 @@ std::string model(const std::string& hips = "") {
          link("arm", "0 0.2 0.2", "0 1 0", "</body>") + "</body></body></worldbody></mujoco>";
 }
 
-/// Its file, with what first_robot_file() guesses.
+/// Its file, with the guesses of first_robot_file().
 RobotFile robot(const TemporaryFolder& folder) {
   files::write_text(folder / "robot.xml", model());
   RobotFile file;
@@ -135,7 +135,7 @@ TEST(Adapted, RobotThatNamesSomethingMissingInItsModelIsRejectedAtThatKey) {
   EXPECT_THAT(rejection(file), Has("robot.xml:1: mujoco: has no body 'waist', the base"));
 }
 
-// Each part of the model is wrong once. Errors that the library itself reports also have a place.
+// Each part of the model is wrong once. Errors reported by the library itself also state their location.
 TEST(Adapted, WrongModelIsRejectedWithFileLineAndElement) {
   const TemporaryFolder folder;
   const RobotFile file = robot(folder);
@@ -173,7 +173,7 @@ TEST(Adapted, WrongModelIsRejectedWithFileLineAndElement) {
 std::array<double, 2> extremes(const mjModel& m, const char* joint) {
   const Data data(mj_makeData(&m));
   std::array<double, 2> torques{};
-  for (const int sign : {-1, 1})  // of the torque
+  for (const int sign : {-1, 1})  // sign of the torque
     for (int i = 0; i < m.nu; ++i) {
       std::fill_n(data->ctrl, m.nu, 0);
       data->ctrl[i] = sign * std::copysign(1e9, m.actuator_gear[6 * i]);
@@ -183,7 +183,7 @@ std::array<double, 2> extremes(const mjModel& m, const char* joint) {
   return torques;
 }
 
-/// Compares what MuJoCo makes of a user's file itself with what the bench loads.
+/// Compares MuJoCo's own model of a user's file with the bench's.
 void expect_same(const mjModel& own, const RobotFile& file) {
   const Model adapted = load_mjcf(adapt(file).root, "the robot");
   const mjModel& m = *adapted;
@@ -417,7 +417,7 @@ TEST(Adapted, SolesCountEvenIfOnlyAPairOrAFloorWithOtherBitsTouchesThem) {
   }
 }
 
-/// The guess for the model with one of its texts replaced.
+/// Returns the guess for the model with one of its texts replaced.
 std::string guess_with(const TemporaryFolder& folder, const char* text, const char* other) {
   files::write_text(folder / "robot.xml", std::regex_replace(model(), std::regex(text), other));
   return first_robot_file(folder / "robot.xml", "robot.xml");

@@ -1,4 +1,4 @@
-// The G1-like robot: as light as published, and walking without force sensors at its ankles.
+// Tests that the G1-like robot has its published weight and walks without force sensors at its ankles.
 #include "sim/scenario/scenario.h"
 #include "tests/sim/physics/test_worlds.h"
 
@@ -82,7 +82,7 @@ TEST(G1, MeasuresItsWeightByTheTorquesOfItsLegs) {
   for (int k = 0; k < 300; ++k) world.step();
   const walking::SensorReadings readings = world.leg_readings();
   const double weight = g1().robot.mass * walking::kGravity;
-  // It is still sinking onto its pads and springs, so its weight is within 5 % of that at rest.
+  // It is still sinking onto its pads and springs, so its weight is within 5 % of its weight at rest.
   EXPECT_NEAR(readings.left.force.z() + readings.right.force.z(), weight, 0.05 * weight);
   EXPECT_NEAR(readings.left.force.z(), readings.right.force.z(), 0.1 * weight);
 }
@@ -93,7 +93,7 @@ TEST(G1, ServosWithoutStiffnessOnlyDampAtEachCommandAnew) {
   World world = standing(Models(file, "floor", models()));
   const walking::JointVector& q = g1().robot.posture;
   for (int k = 0; k < 2; ++k) world.command({q, walking::JointVector::Constant(q.size(), 0.5)});
-  EXPECT_EQ(world.data()->qfrc_applied[6], 1) << "of the joint after the base";
+  EXPECT_EQ(world.data()->qfrc_applied[6], 1) << "torque of the joint after the base";
 }
 
 TEST(G1, ATorqueNeverExceedsItsLimitAndIsReportedWhenItReachesIt) {

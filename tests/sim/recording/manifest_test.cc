@@ -11,7 +11,7 @@ namespace {
 using testing::HasSubstr, tests::encoded, tests::expect_same;
 
 TEST(Manifest, HashIsXxh3Of128Bits) {
-  // As published with the algorithm (empty input, seed 0), and as printed by `printf gaitslam | xxh128sum`.
+  // Values published with the algorithm (empty input, seed 0), and printed by `printf gaitslam | xxh128sum`.
   EXPECT_EQ(files::Hash().hex(), "99aa06d3014798d86001c324468d497f");
   files::Hash whole, pieces;
   whole.add("gaitslam");
@@ -72,8 +72,8 @@ std::string png_of_size(std::uint32_t width, std::uint32_t height) {
   return png;
 }
 
-// OpenCV rotates images according to the orientation in their metadata, which does not belong to calibration
-// and IMU.
+// OpenCV rotates images by the orientation in their metadata, but the calibration and the IMU refer to the
+// stored pixels.
 TEST(DecodeImage, PixelsAreReadAsStoredWhateverTheirOrientation) {
   const std::string exif("II*\0\x08\0\0\0\x01\0\x12\x01\x03\0\x01\0\0\0\x06\0\0\0\0\0\0\0", 26);
   cv::Mat image(35, 48, CV_8UC1, cv::Scalar(20));

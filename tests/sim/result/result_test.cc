@@ -58,7 +58,8 @@ TEST(Summary, TheWorstIsOnTheSideOfTheLimitOrElseFollowsTheMetricsDefinition) {
   EXPECT_EQ(worst("loop_landmarks", {12, 18, 15}), 12);  // few landmarks are bad
   EXPECT_EQ(worst(kAte, {0.1, 0.4, 0.2}), 0.4);
   EXPECT_EQ(worst("scale_error_percent", {0.5, -2, 1}), -2);   // an error of either sign is bad
-  EXPECT_EQ(worst("nees_position_mean", {2.5, 0.3, 6}), 0.3);  // a tenth of the expected value, against twice
+  EXPECT_EQ(worst("nees_position_mean", {2.5, 0.3, 6}),
+            0.3);  // a tenth of the expected value is worse than twice that value
   EXPECT_EQ(worst("nis_gyro_mean", {0.9, 3, 0.4}), 3);
   EXPECT_EQ(worst("a metric of another program", {-3, 2}), 2);
 }
@@ -209,7 +210,7 @@ TEST_F(ScoreFile, AReasonSharedByMetricsAppearsOnce) {
   EXPECT_THAT(text, testing::ContainsRegex("loop_time_s +- s +\\(1\\)\n"));
   EXPECT_THAT(text, testing::ContainsRegex("loop_closed +- +\\(1\\)\n  \\(1\\) no loop\n"));
   EXPECT_THAT(table(), testing::ContainsRegex("loop_closed +- +no loop\n"))
-      << "one reason stands beside its metric";
+      << "a single reason is next to its metric";
 }
 
 TEST_F(ScoreFile, TheTableStatesACauseTheCoverageAndTheAlignmentOfATrajectory) {

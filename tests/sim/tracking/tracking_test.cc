@@ -28,7 +28,7 @@ TEST(Tracking, AnotherEstimatorReplacesTheFilter) {
   const auto estimates = tracked.estimates();
   ASSERT_EQ(estimates.size(), 3U);
   EXPECT_EQ(estimates[1].X_WC.translation().x(), 0.5);
-  EXPECT_EQ(estimates[2].X_WC.translation().x(), 2);  // no filter would believe 45 m/s
+  EXPECT_EQ(estimates[2].X_WC.translation().x(), 2);  // implausible for any filter: 45 m/s
   EXPECT_EQ(estimates[2].t, std::chrono::milliseconds(67));
   EXPECT_TRUE(tracked.map.empty());
   EXPECT_FALSE(tracked.failure());

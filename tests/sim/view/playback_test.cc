@@ -1,4 +1,4 @@
-// Finished results, as the page plays them, from a walk in the synthetic room, and their figures over time.
+// Finished results of a walk in the synthetic room, as played by the page, and their figures over time.
 #include <fmt/ranges.h>
 
 #include "sim/files/csv.h"
@@ -20,7 +20,7 @@ using tests::Has;
 
 constexpr int kFrames = 40;
 
-/// Replays the walk in this folder into its folder replay, beside the recording.
+/// Replays the walk in this folder into its folder replay, next to the recording.
 void replay_walk(const fs::path& walk) {
   result::ResultPlace place;
   place.folder = walk / "replay";
@@ -99,7 +99,7 @@ TEST_F(PlaybackTest, MissingFilesAreReportedAndTheRecordingOfAnotherWalkIsNotUse
   EXPECT_TRUE(read_playback(result_, {}).images[0].empty()) << "the recording of another walk";
 }
 
-/// Lists the files of a recording as they are now, as anyone could.
+/// Lists the current files of a recording, as anyone could.
 void list_again(const fs::path& recording) {
   recording::ManifestWriter manifest(recording);
   for (const auto& entry : fs::recursive_directory_iterator(recording)) {

@@ -187,7 +187,7 @@ TEST(Relocalization, AFilterThatWasCarriedAwayFindsItsTruePose) {
   const Stamp lost_at = walk().walk().stamp(74);
   bool found = false;
   int after = 0;
-  for (int k = 20; k < 55; ++k) {  // put down at its pose of frame 20, by now 0.2 m away and turned
+  for (int k = 20; k < 55; ++k) {  // put down at its pose of frame 20, which is 0.2 m away and rotated
     Observation o = walk().observation(k);
     const Stamp later = lost_at + walk().walk().stamp(k - 19) - o.t;
     o.t += later;
