@@ -43,7 +43,7 @@ replay::PosedBody body_of(const EvaluateRequest& request) {
   return name == "imu" ? replay::PosedBody::imu : replay::PosedBody::camera;
 }
 
-/// Returns the requested alignment, or one that matches what the exported sensors can observe.
+/// Returns the requested alignment, or one that suits the motion that the exported sensors can observe.
 score::Alignment alignment_of(const EvaluateRequest& request, const scenario::Scenario& recorded) {
   if (request.align) return alignment_named(*request.align);
   if (request.format == "euroc" || request.format == "openvins") return score::Alignment::yaw_position;

@@ -100,9 +100,10 @@ void add_robot(CLI::App& app, int& exit_code) {
       *app.add_subcommand("robot", "Check a robot's model and robot.yaml, or write a first robot.yaml");
   command.require_subcommand(1);
   command.footer(kRobotExamples);
-  auto [checker, check_request] = add_command(
-      command, exit_code, "check", "Print what is read from a robot; make it stand 5 s and walk in place",
-      kRobotCheckExamples, check_one);
+  auto [checker, check_request] =
+      add_command(command, exit_code, "check",
+                  "Print the data read from a robot; make it stand for 5 s and walk in place",
+                  kRobotCheckExamples, check_one);
   checker.add_option("robot", check_request.robot, "folder with robot.yaml, or a model file, MJCF or URDF")
       ->required();
   auto [writer, init_request] =

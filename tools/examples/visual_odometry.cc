@@ -31,7 +31,7 @@ using Pose = cv::Affine3d;
 constexpr int kMostTracks = 400, kFewestPoints = 12;
 constexpr double kApart_px = 6;  // between corners
 constexpr double kForwardBackward_px = 0.5;
-constexpr double kResidual_px = 1;  // of a static point
+constexpr double kResidual_px = 1;  // limit for a static point
 constexpr int64_t kSameTime_ns = 1000000;
 
 Pose pose_of(const gaitslam_pose& X) {
@@ -44,10 +44,10 @@ struct Track {
   cv::Point2f pixel;
   cv::Point2d ray;
   std::optional<cv::Point3d> p_W = {};
-  double weight = 0;  // of p_W
+  double weight = 0;  // weight of p_W
 };
 
-/// Returns rays; the equidistant lens is within a fifth of a pixel of the actual lens, whatever its model.
+/// Returns rays; the equidistant lens is within a fifth of a pixel of the actual lens of any model.
 std::vector<cv::Point2d> rays(const gaitslam_lens& equidistant, const std::vector<cv::Point2f>& pixels) {
   std::vector<cv::Point2d> all(pixels.begin(), pixels.end());
   const double *f = equidistant.focal_px, *center = equidistant.center_px;
@@ -128,7 +128,7 @@ class DepthSensor {
 
   uint32_t number_;
   bool measures_depth_;
-  int64_t ahead_ns_;  // of its stamps
+  int64_t ahead_ns_;  // offset of its stamps
   gaitslam_lens lens_;
   Pose X_CK_;
 };
@@ -150,7 +150,7 @@ DepthSensor depth_sensor(const std::string& options, const gaitslam_sensors& sen
 
 class VisualOdometry {
  public:
-  std::string failure;  ///< of the last observation
+  std::string failure;  ///< cause for the last observation
 
   VisualOdometry(const gaitslam_start& start, const gaitslam_sensors& sensors, const std::string& options)
       : lens_(sensors.cameras[0].equidistant),
@@ -278,7 +278,7 @@ class VisualOdometry {
   }
 
   gaitslam_lens lens_;
-  double residual_;  // of a static point, in the plane z = 1
+  double residual_;  // limit for a static point, in the plane z = 1
   DepthSensor depth_;
   Pose X_WC_, step_;  // step_: from the last frame
   int64_t t_ns_ = -1;

@@ -15,7 +15,7 @@ namespace {
 constexpr double kElementSeconds = 30;  // shorter elements are not worth the cost of starting them
 constexpr int kSubmissions = 3, kRestarts = 10;
 constexpr std::size_t kMostElements = 1000;          // limited by Slurm's default MaxArraySize, 1001
-constexpr int kMostUnanswered = 60, kPatience = 10;  // ten minutes: that many polls are skipped each time
+constexpr int kMostUnanswered = 60, kPatience = 10;  // ten minutes in total, polling less often
 
 /// Standard output, standard error and exit status of a shell command.
 struct ShellOutput {
@@ -85,7 +85,7 @@ Seen look_up(const std::string& job) {
   return {Seen::Presence::unknown, "", shown.errors.substr(0, shown.errors.find('\n'))};
 }
 
-/// True unless the job has certainly ended.
+/// True unless the job is known to have ended.
 bool may_run(const std::string& job) { return look_up(job).presence != Seen::Presence::ended; }
 
 /// Returns an environment variable, or "".
@@ -119,7 +119,7 @@ class Array {
     return fs::exists(folder_ / "jobs") ? jobs_in(folder_ / "jobs") : std::vector<Job>();
   }
 
-  /// Calls on_records for the records of the elements that have written some since the last call.
+  /// Calls on_records for the elements that have written records since the last call.
   void read_records(const OnRecords& on_records) {
     for (const fs::path& file : files_with(kRecords)) {
       const std::uintmax_t bytes = fs::file_size(file);
@@ -222,7 +222,7 @@ int run_element(ElementRequest& request) {
   jobs = {jobs.begin() + static_cast<std::ptrdiff_t>(first),
           jobs.begin() + static_cast<std::ptrdiff_t>(std::min(first + request.each, jobs.size()))};
   const fs::path file = request.folder / fmt::format("{}{}", *element, kRecords);
-  std::vector<JobRecord> records;  // at first those before a restart
+  std::vector<JobRecord> records;  // at first the lines before a restart
   if (fs::exists(file)) records = result::read_records(file);
   std::erase_if(jobs,
                 [&](const Job& job) { return std::ranges::count(records, job.key, &JobRecord::key) > 0; });

@@ -86,7 +86,9 @@ std::vector<std::uint64_t> parse_seeds(const std::string& text) {
 
 void add_view_place(CLI::App& command, Access& place) {
   command.add_option("--port", place.port, "port of the view; 0: any free port")->capture_default_str();
-  command.add_option("--address", place.address, "listening address; one that others reach needs a --token")
+  command
+      .add_option("--address", place.address,
+                  "listening address; an address that others can reach needs a --token")
       ->capture_default_str();
   command
       .add_option("--public", place.forwarded,
@@ -115,7 +117,7 @@ void print_view(const std::string& url) {
   (output() == Output::text ? std::cout : std::cerr) << "view at " << url << std::endl;
 }
 
-// A room file contains shapes; a file that rooms share contains none.
+// A room file contains shapes; a file included by rooms contains none.
 void require_models(const scenario::ReadScenario& read, const fs::path& models) {
   std::set<std::string> robots, rooms;
   std::error_code fault;

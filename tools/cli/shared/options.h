@@ -68,7 +68,7 @@ inline void add_cached(CLI::App& command, bool& cached) {
   command.add_flag("--cached", cached, "replay recordings from the cache, and record missing ones first");
 }
 inline void add_all_metrics(CLI::App& command, bool& all) {
-  command.add_flag("--all-metrics", all, "show all metrics, not only the main ones and those with limits");
+  command.add_flag("--all-metrics", all, "show all metrics, not only the main ones and metrics with limits");
 }
 
 /// Hidden options for a process started by another gaitslam process.
