@@ -12,7 +12,7 @@ typedef struct estimator {
   gaitslam_pose X_CG, X_WC;
   double v_W[3]; /* planned velocity at the previous observation, rotated by the estimated orientation */
   int64_t t_ns;
-  int has_plan; /* an observation had one */
+  int has_plan; /* an observation had a plan */
 } estimator;
 
 /* to = R v */
