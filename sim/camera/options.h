@@ -8,7 +8,7 @@
 
 namespace sim::camera {
 
-/// The scenario's keys camera.*. The mount is relative to the place that the model gives the camera.
+/// The scenario's keys camera.*. The mount is relative to the camera's place in the model.
 struct CameraOptions : rig::Mount, rig::Imager {
   double distortion = 1, fov_rad = 0;
 

@@ -8,7 +8,7 @@
 
 namespace sim::camera {
 
-/// The depth of a picture, as a depth camera measures it.
+/// The depth of a picture, as measured by a depth camera.
 struct DepthPicture {
   cv::Mat1f buffer;  ///< 0 at the near plane, 1 at the far plane and for pixels without a surface
   cv::Mat marks;     ///< not 0 on surfaces that return no light to depth cameras
@@ -78,7 +78,7 @@ class Scene {
 /// or a wall it includes soft shadows of the furniture. The positions in `data` must have been computed.
 cv::Mat3b texture_picture(const mjModel& model, const mjData& data, int texture, std::uint64_t seed);
 
-/// Loads the model's 2d textures with mipmaps in the current OpenGL context. Returns their names in it.
+/// Loads the model's 2d textures with mipmaps in the current OpenGL context. Returns their OpenGL names.
 std::vector<unsigned> load_textures(const mjModel& model, std::uint64_t seed, Channels channels);
 
 }  // namespace sim::camera
