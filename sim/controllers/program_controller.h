@@ -25,8 +25,8 @@ struct ProgramStart {
   AnswerTime time = {};
 };
 
-/// How long GAITSLAM_WALK_STOP lasts after the commands: as long as the built-in controller stands at its
-/// end.
+/// Duration of GAITSLAM_WALK_STOP after the commands, equal to the time that the built-in controller
+/// stands at its end.
 inline constexpr double kStopping_s = 2;
 
 class ProgramController : public Controller {
