@@ -15,7 +15,7 @@
 
 namespace sim::exports {
 
-/// The robot of a run. It comes from the simulator's model, which exports do not see.
+/// The robot of a run. It comes from the simulator's model, to which exports have no access.
 struct RobotDescription {
   /// The link that carries a sensor, and the head camera's pose in that link's frame in the calibration
   /// posture.

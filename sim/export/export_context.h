@@ -208,7 +208,7 @@ class Frames {
   ImuMerger imu_;
 };
 
-/// Returns the camera whose images go with the depth images: the color camera aligned with `depth`,
+/// Returns the camera whose images are paired with the depth images: the color camera aligned with `depth`,
 /// otherwise the color camera with the largest common view, otherwise the gray camera aligned with it.
 int image_of_depth(const ExportContext& out, int depth);
 

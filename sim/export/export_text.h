@@ -62,7 +62,7 @@ TrackedImages tracked_images(const slam::CameraIntrinsics& camera, double rate_h
 WalkMotion write_mav0(const ExportContext& out, bool images_within_imu = false);
 
 /// Returns whether the second gray camera sees enough of the head camera's view to be its stereo partner.
-/// Warns if there is one that does not see enough.
+/// Warns if there is a second camera that does not see enough.
 bool has_stereo(const ExportContext& out);
 
 /// Returns settings of ORB-SLAM3 (v1.0) for a camera's images. Settings for the head camera include the IMU

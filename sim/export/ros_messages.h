@@ -29,7 +29,7 @@ std::string image(slam::Stamp t, const std::string& frame, const cv::Mat& image)
 std::string imu(const ExportedReading& reading, const std::string& frame, double gyro_variance,
                 double accelerometer_variance);
 /// Returns the sensor_msgs/CameraInfo. It states an equidistant lens; any other lens counts as no distortion.
-/// right_m: how far the camera is to the right of the other one of a stereo pair; P[3] is -fu right_m.
+/// right_m: distance of the camera to the right of the other one of a stereo pair; P[3] is -fu right_m.
 std::string camera_info(slam::Stamp t, const std::string& frame, const slam::CameraIntrinsics& camera,
                         double right_m = 0);
 std::string pose_stamped(slam::Stamp t, const std::string& frame, const Eigen::Isometry3d& X);

@@ -44,8 +44,8 @@ struct Rgbd {
     if (from.aligned_with != to.name)
       registration.emplace(from.camera, to.camera, to.X_CS.inverse() * from.X_CS);
     if (!is_color(rgb) && !colors.empty())
-      out.run.warn(
-          fmt::format("no color camera sees what {} sees: rgb/ has the images of {}", from.name, to.name));
+      out.run.warn(fmt::format("no color camera shares the view of {}: rgb/ has the images of {}", from.name,
+                               to.name));
   }
 
   cv::Mat registered(const cv::Mat& image) const { return registration ? (*registration)(image) : image; }
