@@ -54,7 +54,7 @@ void require_replaceable(const fs::path& folder);
 /// Creates the folder if it is missing, and its marker. Throws FileError, as require_replaceable() does.
 void mark_folder(const fs::path& folder);
 
-/// Removes a marked folder, its marker last. What cannot be removed stays.
+/// Removes a marked folder, its marker last. Keeps files that cannot be removed.
 void remove_marked(const fs::path& folder);
 
 /// Removes the temporary siblings (.X.partial, .X.old) in `folder` that killed processes left behind, except
