@@ -50,7 +50,7 @@ std::vector<double> decades(double low, double high) {
 
 std::string tick_text(double value) { return fmt::format("{:.6g}", std::abs(value) < 1e-12 ? 0 : value); }
 
-/// Returns a color twice: plain, for programs without support for CSS variables, then as the page defines it.
+/// Returns a color twice: plain, for programs without support for CSS variables, then as defined by the page.
 std::string color(const std::string& property, const std::string& variable, const std::string& plain) {
   return fmt::format("{0}:{2};{0}:var(--{1},{2})", property, variable, plain);
 }
