@@ -1,4 +1,4 @@
-// A robot's model file as the bench loads it: with the servos, sites, camera and sensors from robot.yaml.
+// A robot's model file as loaded by the bench: with the servos, sites, camera and sensors from robot.yaml.
 #pragma once
 
 #include "sim/model_file/model_file.h"

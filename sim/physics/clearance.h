@@ -6,7 +6,7 @@
 
 namespace sim::physics {
 
-/// No part of the robot moves faster than this (m/s); a fall from a man's height reaches half of it. If the
+/// No part of the robot moves faster than this (m/s); a fall from human height reaches half of it. If the
 /// distance to the room is d, nothing can touch the room within d / kFastest_m_s.
 inline constexpr double kFastest_m_s = 10;
 

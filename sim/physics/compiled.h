@@ -23,7 +23,7 @@ struct CompiledRobot {
 const model_file::Schema& schema();
 
 /// base: the base's name, or "". Throws FileError "file:line: ..." if MuJoCo rejects the file, if the base is
-/// not free, or if mass, size or moments of inertia have other units than kg, m and kg m^2.
+/// not free, or if mass, size or moments of inertia are not in kg, m and kg m^2.
 CompiledRobot compile_robot(const std::filesystem::path& file, const std::string& base,
                             const model_file::Packages& packages);
 

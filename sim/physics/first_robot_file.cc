@@ -466,8 +466,8 @@ class Guess {
     return std::max(0.0, behind);
   }
 
-  // Takes damped Gauss-Newton steps until the foot has the axes and y that it has when laid at zero angles,
-  // and the middle of the sole is below the center of mass or ahead of it.
+  // Takes damped Gauss-Newton steps until the foot has the same orientation and y as when flat at zero
+  // angles, and the middle of the sole is below the center of mass or ahead of it.
   void level(const Foot& foot, mjData& bent) {
     const Eigen::AlignedBox3d sole = box(soles(foot.sole_body), foot.X_laid);
     Vector3d above = Vector3d::Zero();

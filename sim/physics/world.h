@@ -1,4 +1,4 @@
-// The physics: the robot in its room, moved only by its joint servos, its sensor readings and its true pose.
+// The physics: the robot in its room (moved only by its joint servos), its sensor readings and its true pose.
 #pragma once
 
 #include <array>
