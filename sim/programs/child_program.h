@@ -78,7 +78,7 @@ class ChildProgram {
   void kill();
 
   pid_t supervisor_ = -1, process_ = -1;
-  int alive_ = -1;                       // stays open while this process lives; closing it kills the program
+  int alive_ = -1;                       // stays open while this process runs; closing it kills the program
   int report_ = -1;                      // how the program ended
   int in_ = -1, out_ = -1, error_ = -1;  // our ends of the program's standard input, output and error
   int status_ = 0;                       // from waitpid(), once ended_

@@ -7,7 +7,7 @@
 
 namespace sim::programs {
 
-/// Where answers come from. command: a program that ran on an exported recording (gaitslam evaluate).
+/// The source of answers. command: a program that ran on an exported recording (gaitslam evaluate).
 enum class Source { built_in, program, command };
 
 /// The program or built-in that a key selects.

@@ -89,7 +89,8 @@ Structure pop(std::string_view& bytes, const char* of) {
 bool flag(std::uint32_t word, const char* of);
 
 /// Removes the version and the text's length from the front of a READY, and the text from its end. Throws
-/// InvalidMessage if the version is not the header file's, or if the text says why the program cannot start.
+/// InvalidMessage if the version is not the header file's, or if the text states why the program cannot
+/// start.
 void check_ready(std::string_view& payload, std::uint32_t version, const char* header_file);
 
 /// The conversation with a program. Failures contain the time and the program's last lines.
