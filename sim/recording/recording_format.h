@@ -58,7 +58,7 @@ Eigen::Vector3d angular_rate(const files::Row& row,
 Eigen::Vector3d acceleration(const files::Row& row,
                              const std::vector<files::Column>& columns = {{4}, {5}, {6}});  ///< m/s²
 
-/// How the readings of one kind of rig sensor are recorded.
+/// The recorded form of the readings of one kind of rig sensor.
 struct RigFormat {
   std::string_view type, comment;  ///< for sensor.yaml
   std::string_view ending;  ///< file name ending of a reading in data/; empty: the rows have the readings

@@ -57,7 +57,7 @@ struct StatedImu {
 };
 /// Reads a sensor.yaml, or kalibr's IMU file, which has update_rate and no T_BS.
 StatedImu read_imu_yaml(const YamlFile& file);
-/// Reads the pose of a key or of its inverse's key.
+/// Reads a pose from its key or from its inverse's key.
 Eigen::Isometry3d read_pose(const YamlFile& file, const std::string& key, const std::string& inverse = {});
 /// Throws FileError if the camera's two poses do not agree with the mounting of the IMU.
 void require_same_mounting(const fs::path& camera_file, const StatedCamera& camera, const fs::path& imu_file,
