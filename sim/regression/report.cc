@@ -72,7 +72,7 @@ std::string repro(const ScenarioVerdict& scenario, std::optional<std::uint64_t> 
   return seed && scenario.repro ? scenario.repro(*seed) : "";
 }
 
-// How a row counts in the exit code and in each format.
+// The effect of a row on the exit code and in each format.
 enum class Count { passed, skipped, undecided, failed, run_failed };
 
 Count count_of(Verdict verdict) {
