@@ -63,8 +63,8 @@ std::string verdict_text(std::optional<bool> passed, bool colors);
 nlohmann::ordered_json to_json(const JudgedLimit& judged);
 
 /// One metric over the seeds that have a value. The worst value is the one closest to missing the metric's
-/// limit. Without a limit, and for a metric with an expected value, the metric's definition says which value
-/// is the worst.
+/// limit. Without a limit, and for a metric with an expected value, the metric's definition states which
+/// value is the worst.
 struct MetricSummary {
   std::string name, unit;
   score::Summary over_seeds;
