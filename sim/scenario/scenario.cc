@@ -392,7 +392,7 @@ void leave_out(Scenario& scenario, const std::vector<std::string>& without) {
       throw ConfigError(
           fmt::format("--without {}: expected camera or slam{}", section, did_you_mean(section, kSections)));
     }
-    std::erase_if(scenario.errors.faults,  // without either there is no filter
+    std::erase_if(scenario.errors.faults,  // there is no filter without both
                   [](const auto& fault) { return !sensor_errors::is_of_steering(fault); });
   }
 }
