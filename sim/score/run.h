@@ -110,7 +110,7 @@ struct TimedHealth {
   bool fault_flag = false;  ///< a sensor contradicts the others
 };
 
-/// How an estimator kept up with the frames, in simulated time.
+/// An estimator's timing relative to the frames, in simulated time.
 struct Timeliness {
   std::vector<double> latency_ms;  ///< for each answer: from its frame's stamp until it takes effect
   std::vector<double> took_ms;     ///< for each answer

@@ -278,8 +278,9 @@ std::optional<std::string> doubt_of_scale(const Similarity& S, const std::vector
         "of {:.2g} m",
         S.scale, rms(error), rms(extent));
   if (!(S.scale > 1 / kFar && S.scale < kFar))
-    return fmt::format("the scale {:.4g} is far from 1, which happens only if the estimator knows no scale",
-                       S.scale);
+    return fmt::format(
+        "the scale {:.4g} is far from 1, which happens only if the estimator cannot observe the scale",
+        S.scale);
   return std::nullopt;
 }
 
