@@ -107,7 +107,7 @@ void require_unseen(const Yaml& node, const std::vector<SpecRun>& holdout,
             !scenario::first_difference(seen.read.scenario, unseen.read.scenario) &&
             !scenario::first_difference(unseen.read.scenario, seen.read.scenario))
           fail(node, "holdout",
-               "seed {} of {} is also in the training, expected walks that the search does not see", seed,
+               "seed {} of {} is also in the training, expected walks that the search does not use", seed,
                unseen.read.scenario.name);
 }
 
@@ -165,7 +165,7 @@ Spec read_spec(const fs::path& file) {
   spec.training = read_side(*training, "training", file.parent_path());
   if (!holdout)
     fail(root, "holdout",
-         "missing, expected recordings that the search does not see, to show whether tuning helps");
+         "missing, expected recordings that the search does not use, to show whether tuning helps");
   spec.holdout = read_side(*holdout, "holdout", file.parent_path(), spec.training);
   if (spec.trials <= spec.population)
     fail(root, "trials", "{} are too few for a population of {}", spec.trials, spec.population);
