@@ -101,7 +101,7 @@ class LiveView {
   void begin(const recording::RecordingSetup& setup);
   /// Returns whether a viewer has room for a frame.
   bool has_viewers() const { return server_.has_room(); }
-  /// Returns whether a frame of this observation is to be sent. Must be called for each observation.
+  /// Returns whether a frame of this observation should be sent. Must be called for each observation.
   bool wants(const slam::Observation& observation);
   /// Returns whether that frame needs the map: ten times per second, because it costs more than the rest.
   bool wants_map();
@@ -139,7 +139,7 @@ class LiveView {
     std::chrono::steady_clock::time_point frame{}, map{}, series{};
   } last_shown_;
   std::size_t frames_ = 0;
-  bool due_ = true;  // a frame of this observation is to be sent
+  bool due_ = true;  // a frame of this observation will be sent
   Series series_;
   std::mutex past_mutex_;
   std::vector<std::string> past_;  // frames without images, for pages opened later

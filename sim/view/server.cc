@@ -318,7 +318,7 @@ std::string new_token() {
 Access checked(Access access) {
   boost::system::error_code error;
   const auto address = boost::asio::ip::make_address(access.address, error);
-  const char* const complaint = error                      ? "is no IP address, expected one of this machine"
+  const char* const complaint = error ? "is not an IP address, expected one of this machine"
                                 : address.is_unspecified() ? "means all interfaces, expected a single one"
                                 : !address.is_loopback() && access.token.empty()
                                     ? "can be reached by others, expected a --token of your own"

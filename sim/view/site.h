@@ -148,7 +148,7 @@ using MakeRobot = std::function<RobotModel(const scenario::Scenario&)>;
 /// Returns a function that loads robots; empty in a program without the simulator.
 MakeRobot robot_maker(const fs::path& models);
 
-/// A result as the page plays it back.
+/// A result for playback by the page.
 struct Playback {
   ShownRun run;
   pages::RunData data;                              ///< without its frames, which are below
