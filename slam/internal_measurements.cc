@@ -121,7 +121,7 @@ InternalMeasurements::InternalMeasurements(const Options& options, const Eigen::
       command_options_(with_command(options)),
       X_CG_(X_CG) {}
 
-/// Returns the gyro's rate if it is to drive the prediction and either the motion model allows the change of
+/// Returns the gyro's rate if it should drive the prediction and either the motion model allows the change of
 /// rate or the readings continue the ones that drove the last prediction.
 std::optional<MeanRate> InternalMeasurements::driving_rate(const RobotVector& x) const {
   if (!options_.gyro.enabled || !options_.gyro.drives_motion) return std::nullopt;

@@ -52,12 +52,12 @@ void multiply_transposed(const Eigen::Ref<const Eigen::MatrixXd>& A,
 bool factorize(Eigen::Ref<Eigen::MatrixXd> A);
 
 /// Enlarges a work space to at least the given numbers of rows and columns, with spare room, so that it
-/// seldom grows. When it grows, its contents are lost.
+/// rarely grows. When it grows, its contents are lost.
 void reserve_workspace(Eigen::MatrixXd& storage, int rows, int columns);
 
 /// Stacked measurements: the innovation ν, its derivative with respect to the systematic errors (including
 /// their effect through the state), H, PHᵀ and S = HPHᵀ + R. The storage is larger than needed, so that it
-/// seldom grows.
+/// rarely grows.
 struct StackedMeasurement {
   /// A part of H outside the robot's columns: the derivative of a measurement with respect to the parameters
   /// starting at `at`.

@@ -34,7 +34,7 @@ constexpr double kMostUnreliable = 4;     // landmarks within the memory
 constexpr double kLossMemory_s = 20;
 constexpr double kLossLasts_s = 2;   // a loss that lasts this long counts as a second one
 constexpr double kMostLosses = 1.5;  // within the memory
-constexpr double kRecovered = 0.5;   // part of a loss that still counts, since the images now fit the map
+constexpr double kRecovered = 0.5;   // fraction of a loss that still counts, since the images now fit the map
 
 bool is_finite(const PlannedMotion& plan) {
   return plan.X_PC.matrix().allFinite() && plan.v_PC_C.allFinite() && plan.w_PC_C.allFinite() &&

@@ -54,7 +54,7 @@ struct RobotState {
   RobotMatrix P;
 };
 
-/// Mean and covariance of robot and landmarks. The storage is larger than needed, so that it seldom grows:
+/// Mean and covariance of robot and landmarks. The storage is larger than needed, so that it rarely grows:
 /// the first `size` rows and columns are in use. Only the lower triangle of the covariance is kept; the rest
 /// is undefined. null_yaw is the change of the state when the whole world turns about the vertical, which no
 /// measurement can observe. sensitivity is the derivative of the mean with respect to the systematic errors,
