@@ -94,7 +94,7 @@ TEST_F(Cli, EachCommandReportsWrongInput) {
        {"check far.yaml", "walk.commands[0]: at"},
        {"check control.yaml", "a?K?z"},
        {"replay no-such-folder", "no-such-folder: no such result folder"},
-       {"replay empty", "empty: is no result, expected a folder with scenario.yaml and recording/"},
+       {"replay empty", "empty: is not a result, expected a folder with scenario.yaml and recording/"},
        {"replay old", "; gaitslam revision 0a1b2c wrote this result, this is "},
        {"replay result walk.step_length_m=0.1", "walk.step_length_m: affects the recording"},
        {"check pipe/scenario.yaml", "is not a regular file, expected one"},

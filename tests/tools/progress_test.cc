@@ -72,7 +72,7 @@ TEST_F(Progress, IsNotShownForBriefQuietInnerOrChildWork) {
   EXPECT_EQ(shown({.redraws = true}), "");
   EXPECT_EQ(shown({.redraws = true, .silent = true, .first = 0ms}), "");
   EXPECT_EQ(shown({.redraws = true, .file = folder_ / "part", .first = 0ms}), "");
-  EXPECT_DOUBLE_EQ(cli::part_in(folder_ / "part"), 0.25) << "the parent is told";
+  EXPECT_DOUBLE_EQ(cli::part_in(folder_ / "part"), 0.25) << "the parent is notified";
   EXPECT_EQ(cli::part_in(folder_ / "none"), 0);
   {
     cli::ProgressLine line("walk", {.file = folder_ / "part"});

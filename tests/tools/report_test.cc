@@ -41,7 +41,7 @@ TEST_F(ReportTest, EveryFigureOfARunIsDrawnWithoutANetwork) {
   EXPECT_THAT(drawn("bare.html", 3), Has("<td class=\"good\">passed</td>"));
 }
 
-// A folder of scenarios with folders of seeds, as a suite writes it.
+// A folder of scenarios with folders of seeds, as written by a suite.
 TEST_F(ReportTest, AFolderOfScenariosIsGroupedByScenario) {
   short_walks("suite/walk", "1 2");
   for (const std::string seed : {"seed-1", "seed-2"})

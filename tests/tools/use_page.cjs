@@ -296,7 +296,7 @@ function pickedIn(id) {
   return {id: landmarks.picked?.id, text: landmarks.text.textContent, marked: scene.mark.visible, counts};
 }
 
-/// Where the scene shows a landmark, seen through the camera.
+/// The pixel at which the scene shows a landmark, seen through the camera.
 function placeInScene(id) {
   const {scene} = gaitslamPage,
     [, p] = scene.beliefs[0].landmarks.find(([own]) => own === id);

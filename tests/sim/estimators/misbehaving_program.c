@@ -1,6 +1,6 @@
-/* An estimator that answers with the start pose until it misbehaves: argument 1 names the fault, argument 2 is the
- * number of the message (0 for the start, 1 for the first observation). With argument 3, "header", it runs as
- * a program made by gaitslam_estimator.h. */
+/* An estimator that answers with the start pose until it misbehaves: argument 1 names the fault, argument 2
+ * is the number of the message (0 for the start, 1 for the first observation). With argument 3, "header", it
+ * runs as a program made by gaitslam_estimator.h. */
 #include <math.h>
 #include <signal.h>
 #include <stdio.h>

@@ -386,7 +386,7 @@ struct RigThatLooksBack : RigExport {
 
 TEST_F(RigThatLooksBack, PairsDepthWithTheHeadCameraStatesItsFocalLengthAndPromisesNoStereo) {
   const fs::path tum = made("tum");
-  EXPECT_THAT(warnings_, HasSubstr("no color camera sees what depth0 sees: rgb/ has the images of cam0"));
+  EXPECT_THAT(warnings_, HasSubstr("no color camera shares the view of depth0: rgb/ has the images of cam0"));
   const cv::FileStorage settings(tum / "settings.yaml", cv::FileStorage::READ);
   const std::string focal = fmt::format("focal lengths {0} and {0} px", settings["Camera1.fx"].real());
   EXPECT_EQ(settings["Camera1.fx"].real(), Undistortion(head_camera()).pinhole().fu_px);

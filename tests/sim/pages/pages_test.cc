@@ -332,7 +332,7 @@ TEST(ResultRows, RunsWithAnotherEstimatorControllerRobotOrSettingAreNeverPooled)
         runs.push_back(run_by(estimator, error, {{"walk.controller", controller}, {"world.robot", robot}}));
   EXPECT_EQ(result_rows(runs).size(), 8u);
   EXPECT_EQ(result_rows(runs).back().robot, "g1");
-  EXPECT_EQ(result_rows(runs).back().setting, "") << "they have columns of their own";
+  EXPECT_EQ(result_rows(runs).back().setting, "") << "they have separate columns";
   EXPECT_THAT(runs_table(runs, TableFormat::markdown),
               Has("| scenario | estimator | controller | robot | completed |"));
   runs.push_back(runs.front());

@@ -106,7 +106,7 @@ TEST(Summary, TheExitCodeIsTheWorstSeedsOrThatOfAMissedLimitOverSeeds) {
 TEST(Summary, ALimitOverSeedsIsMissedIfOneSeedHasNoValue) {
   const MetricLimit median{kAte, "median", Bound::at_most, 1};
   EXPECT_EQ(exit_code(summarize(limited({median}), {seed(1, {}, 1)})), 1);
-  EXPECT_EQ(exit_code(summarize(limited({median}, false), {seed(1, {}, 1)})), 0) << "no filter was to run";
+  EXPECT_EQ(exit_code(summarize(limited({median}, false), {seed(1, {}, 1)})), 0) << "no filter was requested";
   for (const bool filter : {true, false}) {  // without a filter: a metric of the walk itself
     const Summary summary =
         summarize(limited({median}, filter), {seed(1, 0.1, 1), seed(2, {}, 1), seed(3, {}, 1)});
