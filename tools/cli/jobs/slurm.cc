@@ -53,7 +53,7 @@ std::string named(const std::string& job) {
   return job.substr(0, end) + (end == job.size() ? "" : " of cluster " + job.substr(end + 1));
 }
 
-/// A job as Slurm knows it.
+/// The state of a job according to Slurm.
 struct Seen {
   enum class Presence { queued, ended, unknown } presence = Presence::unknown;
   std::string waiting;  ///< states and reasons of elements that are not running: "PENDING (JobHeldUser)"
