@@ -21,7 +21,7 @@ struct FootPose {
   double yaw = 0;
 };
 
-/// One foot landing at its place.
+/// The landing of one foot.
 struct Footstep {
   Side side;
   FootPose pose;

@@ -44,7 +44,7 @@ struct BodyMomentum {
                   angular = Eigen::Vector3d::Zero();
 };
 
-/// A model of the robot: the nominal one of the plan, never the varied or disturbed one that walks.
+/// The plan's nominal model of the robot, never the varied or disturbed robot that walks.
 using WholeBody = std::function<BodyMomentum(const BodyMotion&)>;
 
 /// The pose that the plan itself describes, by inverse kinematics.

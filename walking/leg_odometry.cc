@@ -96,8 +96,8 @@ Eigen::Isometry3d LegOdometry::X_BS(Side side, const JointVector& q) const {
          floor_under_sole(leg, foot.pads);
 }
 
-// The gyro measures the turn of the waist, and the legs measure how each point of contact moves in it. The
-// mean of these points, weighted by the loads, stays at rest. Heights add up from foot to foot.
+// The gyro measures the turn of the waist, and the legs measure the motion of each point of contact relative
+// to it. The mean of these points, weighted by the loads, stays at rest. Heights add up from foot to foot.
 LegOdometry::Motion LegOdometry::turned(const JointVector& q, const Eigen::Vector3d& gyro,
                                         double dt_s) const {
   const Eigen::Vector3d turn_G = dt_s * gyro;

@@ -14,7 +14,7 @@ struct PlaceEstimate {
       Eigen::Matrix3d::Zero();  ///< covariance of `estimated`: x, y (m, axes of W), yaw (rad)
 };
 
-/// How one footstep was corrected.
+/// The correction of one footstep.
 struct StepCorrection {
   std::size_t step = 0;
   double decided_s = 0;  ///< time of the decision
@@ -24,10 +24,10 @@ struct StepCorrection {
   FootPose correction;   ///< the landing seen from the uncorrected one (ahead, aside; turn)
 };
 
-/// The desired path is the path of the scenario's commands, in W. The plan lives in P, which stays
-/// continuous, and an estimate gives the drift of P in W. Each landing is moved toward the path at the last
-/// moment at which it can be changed. The correction is limited, so that the walk does not follow a jump of
-/// the estimate at once.
+/// The desired path is the path of the scenario's commands, in W. The plan is expressed in P,
+/// which stays continuous, and an estimate gives the drift of P in W. Each landing is moved toward the path
+/// at the last moment at which it can be changed. The correction is limited, so that the walk does not follow
+/// a jump of the estimate at once.
 class Steering {
  public:
   /// plan: still at its first tick and uncorrected.
