@@ -32,6 +32,7 @@ std::string imu(const ExportedReading& reading, const std::string& frame, double
 /// right_m: distance of the camera to the right of the other one of a stereo pair; P[3] is -fu right_m.
 std::string camera_info(slam::Stamp t, const std::string& frame, const slam::CameraIntrinsics& camera,
                         double right_m = 0);
+/// Returns the geometry_msgs/PoseStamped of a pose X in `frame`.
 std::string pose_stamped(slam::Stamp t, const std::string& frame, const Eigen::Isometry3d& X);
 /// Returns the message, with the position first and the rotation about the world's axes. P: covariance of
 /// (orientation in the camera's axes, position in the world's), as in slam::Estimate.
@@ -46,7 +47,9 @@ struct Transform {
   std::string parent, child;
   Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
 };
+/// Returns the tf2_msgs/TFMessage.
 std::string transforms(const std::vector<Transform>& all);
+/// Returns the nav_msgs/Path of poses in `frame`.
 std::string path(slam::Stamp t, const std::string& frame, std::span<const files::TumRow> poses);
 
 /// A point and its identifier.
@@ -66,6 +69,7 @@ std::string point_cloud(slam::Stamp t, const std::string& frame, const std::vect
 /// Returns a joint state with positions (rad) only.
 std::string joint_state(slam::Stamp t, const std::vector<std::string>& names,
                         const std::vector<double>& positions);
+/// Returns the geometry_msgs/WrenchStamped of a force (N) and a torque (N·m) in the axes of `frame`.
 std::string wrench(slam::Stamp t, const std::string& frame, const Eigen::Vector3d& force_n,
                    const Eigen::Vector3d& torque_nm);
 
