@@ -285,7 +285,7 @@ nanoseconds Table::stamp(const TableRow& row, const std::vector<Column>& columns
   const Column& first = columns.at(0);
   row.number(first.field);
   const auto t = parse_stamp(row.text(first.field), first.factor);
-  if (!t) fail(fmt::format("a time of {} in its unit is more than 9e9 s", row.text(first.field)));
+  if (!t) fail(fmt::format("the time {} in its unit is more than 9e9 s", row.text(first.field)));
   if (columns.size() == 1) return *t;
   const auto rest = parse_number<std::int64_t>(row.text(columns[1].field));
   if (!rest || *rest < 0 || *rest >= 1'000'000'000 || t->count() % 1'000'000'000 != 0)

@@ -171,7 +171,7 @@ TrajectoryFile read(Table& table) {
     const bool spaces = table.separator() == ' ';
     if (spaces && table.width() == 12) return read_kitti(table);
     if (table.separator() == ',')
-      table.fail("no header names the columns that commas separate (decimal commas need semicolons or tabs)");
+      table.fail("no header names the comma-separated columns (decimal commas need semicolons or tabs)");
     if (!spaces || (table.width() != 8 && table.width() != 20)) table.fail("no header names its columns");
     table.name(table.width() == 8 ? kTum : kTumCovariance);
   }
