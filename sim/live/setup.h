@@ -43,6 +43,7 @@ struct Mounting {
   Eigen::Isometry3d X_BC, X_CG;
   std::vector<Eigen::Isometry3d> X_CL;  ///< the rig's items (axes: forward, left, up) in the camera's frame
 };
+/// Returns the places in the start posture of `start`.
 Mounting mounting(const scenario::Scenario& scenario, const controllers::Controller& start,
                   const physics::Models& models);
 
