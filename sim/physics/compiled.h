@@ -15,8 +15,8 @@ struct CompiledRobot {
   Model model;
   int base = 0;  ///< the first body with mass below the world
   std::map<std::string, Effort> efforts;
-  std::vector<std::string>
-      paired_with_floor;  ///< geoms with a contact pair whose other geom is not the robot's
+  /// Geoms with a contact pair whose other geom is not the robot's.
+  std::vector<std::string> paired_with_floor;
 };
 
 /// Returns the elements and attributes that MuJoCo's parser knows.

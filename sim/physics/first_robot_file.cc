@@ -73,7 +73,7 @@ std::string rounded(const Vector3d& v) {
   return fmt::format("[{:.6g}, {:.6g}, {:.6g}]", v.x() + 0.0, v.y() + 0.0, v.z() + 0.0);
 }
 
-/// Returns the robot alone, with all its joints.
+/// Returns only the robot, with all its joints.
 model_file::Element written(const CompiledRobot& robot) {
   model_file::Element root{"mujoco"};
   root.add("compiler", {{"angle", "radian"}});
