@@ -58,10 +58,10 @@ struct TimedRotation {
 };
 
 struct GyroComparison {
-  double late_s;                          ///< the gyro's stamps minus the truth's; 0 without evidence
+  double late_s;                   ///< the gyro's stamps minus the truth's; 0 without evidence
   double correlation, as_stamped;  ///< correlation of the rotation speeds: at this offset; without an offset
-  double gain;                            ///< the gyro's speeds relative to the truth's
-  bool mirrored = false;                  ///< only a rotation of the body's mirror image explains the gyro
+  double gain;                     ///< the gyro's speeds relative to the truth's
+  bool mirrored = false;           ///< only a rotation of the body's mirror image explains the gyro
   std::optional<double> turned_rad = {};  ///< angle between their axes; absent unless decisively nonzero
 };
 

@@ -62,9 +62,10 @@ Eigen::Vector3d acceleration(const files::Row& row,
 struct RigFormat {
   std::string_view type, comment;  ///< for sensor.yaml
   std::string_view ending;  ///< file name ending of a reading in data/; empty: the rows have the readings
-  int image_type = -1;             ///< OpenCV type
+  int image_type = -1;      ///< OpenCV type
   std::string_view image_name = {};
 };
+/// Returns the recorded form of a kind of sensor.
 const RigFormat& format_of(rig::Kind kind);
 
 /// Returns the head camera as a sensor of the rig.
