@@ -37,6 +37,8 @@ inline std::string painted(const std::string& text, Paint paint, bool colors) {
 /// Returns a metric's values for the seeds that have one.
 std::vector<double> values_of(const std::string& metric, const std::vector<SeedScore>& seeds);
 
+/// Returns the limit's verdict. A missing value misses the limit, or is not judged if the scenario has no
+/// filter.
 JudgedLimit judge(const scenario::Scenario& scenario, const scenario::MetricLimit& limit,
                   std::optional<double> value);
 

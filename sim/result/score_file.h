@@ -79,11 +79,11 @@ struct About {
   std::uint64_t seed = 0;
   std::string cause;  ///< cause of the run's ending
   std::optional<scenario::Ended> walk;
-  std::optional<std::string>
-      counterfactual;  ///< for a replay: why its estimator would steer a different walk
-  std::string alignment;                      ///< alignment of an external trajectory with the truth
-  std::string recording;                      ///< hash of the recording's manifest
-  std::string models;                         ///< hash of the walk's models
+  /// For a replay: why its estimator would steer a different walk.
+  std::optional<std::string> counterfactual;
+  std::string alignment;        ///< alignment of an external trajectory with the truth
+  std::string recording;        ///< hash of the recording's manifest
+  std::string models;           ///< hash of the walk's models
   std::string estimator_files;  ///< hash of the files of external programs (controller, estimator)
   std::map<std::string, std::string, std::less<>> set_by;  ///< the origin of each key
 };
@@ -116,6 +116,7 @@ struct Provenance {
   std::string estimator_files;  ///< hash of external programs' files; empty without any
   bool operator==(const Provenance&) const = default;
 };
+/// revision: the program's revision. models: hash of the models. Throws FileError.
 Provenance provenance_of(scenario::Scenario scenario, const std::string& revision, const std::string& models);
 /// Throws FileError or ConfigError if the result is incomplete.
 Provenance provenance_of(const fs::path& result);
