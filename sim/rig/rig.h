@@ -185,7 +185,7 @@ struct Imu : Sensor {
   std::optional<std::string> problem() const;
 };
 
-/// One further sensor.
+/// One additional sensor.
 using Item = std::variant<GrayEye, ColorCamera, DepthCamera, Lidar, Imu>;
 
 const std::string& name_of(const Item& item);
@@ -200,6 +200,7 @@ struct Problem {
   std::size_t item;
   std::string what;
 };
+/// Returns the first problem, if any.
 std::optional<Problem> problem(const std::vector<Item>& items);
 /// Returns the first of these sensor names that is taken or not a folder name, and why.
 std::optional<Problem> name_problem(const std::vector<std::string>& names);
