@@ -127,10 +127,10 @@ struct DesiredPath {
 
 /// One run. W is the plan's world P at t = 0.
 struct Run {
-  Trajectory truth_camera, plan_camera;     ///< X_WC, X_PC
-  bool truth_has_poses = true;  ///< false: positions of the estimate's point, in a different world
-  Trajectory truth_waist, plan_waist;       ///< X_WB, X_PB
-  std::optional<DesiredPath> desired;       ///< absent without a planned walk
+  Trajectory truth_camera, plan_camera;  ///< X_WC, X_PC
+  bool truth_has_poses = true;           ///< false: positions of the estimate's point, in a different world
+  Trajectory truth_waist, plan_waist;    ///< X_WB, X_PB
+  std::optional<DesiredPath> desired;    ///< absent without a planned walk
   std::vector<StepCorrection> corrections;  ///< empty unless the walk was steered
   bool steered = false;
   std::vector<FootRow> feet;      ///< from decompose_drift(); empty without feet
@@ -174,8 +174,8 @@ struct ScoreContext {
   OrAbsent<std::vector<LoopLandmark>> loop;  ///< from loop_landmarks()
 };
 
-inline constexpr std::size_t kLandmarksOfLoop =
-    3;  ///< a loop is closed when this many landmarks are found again
+/// A loop is closed when this many landmarks are found again.
+inline constexpr std::size_t kLandmarksOfLoop = 3;
 
 /// Returns the landmarks that were found again after the camera had been elsewhere, the earliest first, or
 /// why the walk has no loop. A landmark's surface point is the first point of the room on the ray through its

@@ -63,6 +63,7 @@ struct Summary {
   double median = 0, mean = 0, worst = 0;
   std::optional<double> standard_deviation{};  ///< for two or more seeds
 };
+/// Returns the statistics of the values. The direction states which one is the worst.
 Summary summarize(const std::vector<double>& values, const Direction& direction);
 
 /// Returns the two-sided p-value of the signed rank test (Wilcoxon 1945) that paired, finite differences are
@@ -96,6 +97,7 @@ std::string nis_verdict(double nis);
 struct Band {
   double low = 0, high = 0;
 };
+/// Returns the band that contains the mean with the given probability (chi-square).
 Band mean_band(int dof, int count, double confidence = 0.95);
 
 inline constexpr double kSettled_s = 5;  ///< earlier moments are not judged, because the start is given
