@@ -75,8 +75,8 @@ InertialErrors inertial(const rig::RigSensor& sensor, const std::string& stream,
 
 // Marks the pixels on both sides of the edges between columns.
 void mark_edges(const cv::Mat1w& depth_mm, cv::Mat1b& marks) {
-  std::vector<float> inverse(static_cast<std::size_t>(depth_mm.cols) +
-                             2);  // 0: no depth, as beyond both ends
+  // 0 if the column has no depth, and beyond both ends.
+  std::vector<float> inverse(static_cast<std::size_t>(depth_mm.cols) + 2);
   const auto difference = [](float a, float b) { return a > 0 && b > 0 ? std::abs(a - b) : 0; };
   for (int row = 0; row < depth_mm.rows; ++row) {
     for (int i = 0; i < depth_mm.cols; ++i) {
