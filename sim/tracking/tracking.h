@@ -29,11 +29,11 @@ struct TimedMap {
 
 /// The output of an estimator in a run.
 struct Tracked {
-  std::vector<TrackedFrame> frames;        ///< up to and including a divergence
-  std::vector<slam::MapPoint> map;         ///< at the end
-  std::vector<TimedMap> maps;              ///< one per second
-  std::vector<slam::Stamp> untracked;      ///< observations after it diverged or failed
-  std::vector<slam::Stamp> dropped;  ///< number of observations that arrived while the estimator was busy
+  std::vector<TrackedFrame> frames;    ///< up to and including a divergence
+  std::vector<slam::MapPoint> map;     ///< at the end
+  std::vector<TimedMap> maps;          ///< one per second
+  std::vector<slam::Stamp> untracked;  ///< observations after it diverged or failed
+  std::vector<slam::Stamp> dropped;    ///< number of observations that arrived while the estimator was busy
   std::optional<std::string> failed = {};  ///< why it failed as a program
   std::string log = {};                    ///< standard error of an external estimator
   /// The poses from the same sensors without images (estimator: odometry). Empty if the estimator is itself
