@@ -33,8 +33,8 @@ Resource resource(std::string type, std::string_view bytes) {
 }
 
 constexpr const char* kJson = "application/json";
-constexpr int kPaintingNice =
-    5;  // niceness of painting, because a page's first picture, drawn without textures, has priority
+// Niceness of painting, because a page's first picture, drawn without textures, has priority.
+constexpr int kPaintingNice = 5;
 constexpr std::string_view kIcon =
     "<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 16 16'><circle cx='8' cy='8' r='6' "
     "fill='#0069b0'/></svg>";

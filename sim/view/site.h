@@ -54,6 +54,7 @@ struct ShownRun {
 /// Adds a robot and its room or, without the simulator, a sentence stating that they are missing.
 void add_robot(ShownRun& run, const std::optional<struct RobotModel>& robot);
 
+/// Returns the start of each fault in the scenario, with the fault's name and duration.
 std::vector<Moment> faults_of(const scenario::Scenario& scenario);
 
 /// Paths are compared literally: no path from a client reaches the disk.
@@ -81,6 +82,7 @@ class Site {
 /// Returns a text message that must not be lost.
 Message json_message(const nlohmann::ordered_json& content);
 
+/// Returns the bytes as application/octet-stream.
 Resource bytes_resource(std::string bytes);
 
 /// Adds /rig/<run>/<sensor>/<number> for each sensor: the run's rig, then, for a finished run, the head
