@@ -17,8 +17,8 @@ constexpr double kLeastFound = 0.2;        // fraction of the landmarks searched
 constexpr double kLeastCoverage = 0.4;     // fraction of the image
 constexpr std::size_t kLeastSearched = 5;  // landmarks
 constexpr double kVisionBound = 3;         // mean NIS per degree of freedom, where 1 is expected
-constexpr double kLegFactor = 1.5;  // factor on plan_bound, because leg odometry's errors last many frames
-constexpr double kHeightBound = 10;        // mean NIS, where 1 is expected
+constexpr double kLegFactor = 1.5;   // factor on plan_bound, because leg odometry's errors last many frames
+constexpr double kHeightBound = 10;  // mean NIS, where 1 is expected
 constexpr const char* kNotFoundAgain = "; the map was not found again";
 
 constexpr double kEvidenceMemory_s = 30;

@@ -30,8 +30,8 @@ class ImageCheck {
 
  private:
   cv::Mat previous_;
-  int noisy_ =
-      0;  // number of images that differed everywhere from the previous one while the camera stood still
+  // Number of images that differed everywhere from the previous one while the camera stood still.
+  int noisy_ = 0;
 };
 
 /// The tracking statistics of one frame.

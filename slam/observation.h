@@ -74,8 +74,8 @@ struct LidarPoint {
 struct RigReading {
   int sensor = 0;  ///< index in the list of the rig's sensors
   Stamp t{0};      ///< image: middle of its exposure; sweep: its start; IMU: end of the interval
-  cv::Mat image;  ///< 8-bit gray (CV_8UC1), RGB (CV_8UC3), or depth along the optical axis, mm (CV_16UC1, 0:
-                  ///< none)
+  /// 8-bit gray (CV_8UC1), RGB (CV_8UC3), or depth along the optical axis in mm (CV_16UC1; 0: none).
+  cv::Mat image;
   std::vector<LidarPoint> points;
   Stamp begin{0};                                           ///< IMU: start of the interval
   Eigen::Vector3d gyro = Eigen::Vector3d::Zero();           ///< rad/s, mean over the interval
@@ -104,8 +104,8 @@ struct Observation {
   std::optional<PlannedMotion> plan;
   std::optional<LegMotion> legs;
   std::optional<CommandedVelocity> command;  ///< the newest
-  std::vector<RigReading>
-      rig;  ///< completed since the previous frame, in chronological order for each sensor
+  /// Completed since the previous frame, in chronological order for each sensor.
+  std::vector<RigReading> rig;
   std::vector<BodyReading> body;  ///< at or after the previous frame, before this one; in chronological order
 };
 

@@ -22,9 +22,9 @@ struct InertialInterval {
 };
 
 /// Log(R_CG,from Π Exp(w_i dt_i) R_GC,to)/Δt over the gyro readings. The standard deviation is a single
-/// reading's, reduced by averaging. A part of the interval without readings increases it by the change of
-/// rate that the motion model allows. Returns nothing if less than half of the interval is covered. With
-/// GyroReadings::last, the result is the last reading.
+/// reading's, reduced by averaging. If readings cover only a part of the interval, the rate's change in
+/// the rest, as assumed by the motion model, increases it. Returns nothing if less than half of the interval
+/// is covered. With GyroReadings::last, the result is the last reading.
 std::optional<MeanRate> mean_rate(const InertialInterval& interval, const Options& options);
 
 /// The measurement h = ω + bias of the camera's rate (Stasse et al. 2006, section IV-C; Davison et al. 2007);

@@ -25,8 +25,8 @@ constexpr double kTiltPrior = 0.005;       // penalty at a tilt of 45°: most su
 
 constexpr std::size_t kOnStack = 1024;    // columns; regions have fewer
 constexpr double kLeastDistance_px = 20;  // minimum distance between the corners of two landmarks
-constexpr double kFewVisible =
-    12;  // number of landmarks up to which a box's sides are a quarter of the image's
+// Number of landmarks up to which a box's sides are a quarter of the image's.
+constexpr double kFewVisible = 12;
 constexpr double kCornerGateSigmas = 3;
 
 /// Σ gx², gxgy, gy² over a column of 11 pixels, with doubled gradients so that the sums are integers.

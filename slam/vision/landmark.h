@@ -60,6 +60,7 @@ struct DepthMoments {
 /// Equal probability for all depths from nearest to furthest.
 std::vector<DepthParticle> uniform_prior(const Options::Depth::Particles& options);
 
+/// Returns the mean and standard deviation of the depth, weighted by probability.
 DepthMoments depth_moments(const std::vector<DepthParticle>& particles);
 
 /// Multiplies each probability by its likelihood, removes particles below 0.05/N and normalizes the sum to 1

@@ -22,8 +22,8 @@ constexpr int kInitializedPerFrame = 3;     // landmarks, once the map is not em
 constexpr Stamp kYoung{10'000'000'000};     // time between a landmark's first and last view
 constexpr Stamp kBadCorner{5'000'000'000};  // time since a young landmark was deleted there
 constexpr double kSameDirection = 0.9976;   // cosine of 4 degrees
-constexpr double kLeastViewChange =
-    0.02;  // ratio of motion to distance; swaying moves the camera less, and back again
+// Ratio of motion to distance; swaying moves the camera less, and back again.
+constexpr double kLeastViewChange = 0.02;
 
 bool is_line(const Landmark& landmark) { return std::holds_alternative<SemiInfiniteLine>(landmark.kind); }
 

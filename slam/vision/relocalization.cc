@@ -13,8 +13,8 @@ namespace {
 
 constexpr double kGridVariance_px2 = 1.0 / 12;  // variance of matches on the raw pixel grid
 constexpr int kLeastSuccesses = 10;
-constexpr double kLargestRelativeVariance =
-    0.04;  // variance of the position, relative to the squared distance
+// Variance of the position, relative to the squared distance.
+constexpr double kLargestRelativeVariance = 0.04;
 constexpr double kLeastCorrelation = 0.85;
 constexpr double kInlierResidual_px = 4;
 constexpr int kPoseIterations = 10;

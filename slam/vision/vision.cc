@@ -40,7 +40,7 @@ double find_supporters(const StackedMeasurement& matches, int i, double gate,
   return sum;
 }
 
-constexpr Stamp kRetryAfter{500'000'000};      // for a landmark that is set aside
+constexpr Stamp kRetryAfter{500'000'000};  // for a landmark that is set aside
 constexpr std::size_t kRetried = 2;  // number of these in a frame, even if there are others to search for
 constexpr int kMostSearched_px = 400000;       // in a frame; bounds its cost
 constexpr double kGate = 9.21;                 // chi-square, 99 %, 2 rows

@@ -63,10 +63,10 @@ struct VisionResult {
   std::vector<std::size_t> visible_indices;  ///< their indices in the list of landmarks
   std::size_t tested = 0;  ///< number of these plus the ones set aside, at most as many as may be measured
   std::vector<Search> searched;
-  std::vector<std::size_t>
-      searched_indices;  ///< indices of the landmarks searched for, in the list of landmarks
-  std::vector<std::size_t> inliers;           ///< ascending indices in `searched`
-  int matches = 0;                            ///< number of these that were found
+  /// Indices of the landmarks searched for, in the list of landmarks.
+  std::vector<std::size_t> searched_indices;
+  std::vector<std::size_t> inliers;  ///< ascending indices in `searched`
+  int matches = 0;                   ///< number of these that were found
   double coverage = 0;        ///< bounding box of all landmarks in view, as a fraction of the image's area
   std::optional<Nis> gate;    ///< NIS of the inliers, with the noise of the gate (gate_sigma_px)
   std::optional<Nis> update;  ///< NIS of the inliers, with the noise assumed by the update (sigma_px)
