@@ -390,7 +390,7 @@ def urdf(file, angles):
     robot = xml.etree.ElementTree.parse(file).getroot()
     angles = {name: float(angle) for name, angle in (line.split() for line in angles.read_text().splitlines())}
     names = [link.get("name") for link in robot.iter("link")]
-    assert len(set(names)) == len(names), "two links of one name"
+    assert len(set(names)) == len(names), "two links with the same name"
     above = {}
     for joint in robot.iter("joint"):
         origin, child = joint.find("origin"), joint.find("child").get("link")

@@ -32,8 +32,8 @@ FrameReport step(
 void lose_image(Observation& o) { o.image = cv::Mat(); }
 
 struct Errors {
-  double rms_m = 0, sigma_end_m = 0, nees_position = 0,
-         least_heading_rad = 1e9;  // minimum of the heading's sigma
+  // least_heading_rad: minimum of the heading's standard deviation.
+  double rms_m = 0, sigma_end_m = 0, nees_position = 0, least_heading_rad = 1e9;
   int accepted = 0, lost = 0;  // lost: frames with a health that is not ok
   bool valid = true;           // the covariance is finite and symmetric
   bool sound() const { return valid && lost == 0; }

@@ -239,8 +239,8 @@ TEST(Kalman, CarriesTheDerivativesOfItsMeanWithRespectToTheSystematicErrors) {
     const VectorXd expected = (more.state().x() - less.state().x()) / (2 * kStep);
     const VectorXd carried = at_zero.state().storage_sensitivity.col(which).head(at_zero.state().size);
     EXPECT_GT(expected.norm(), 0.1);
-    EXPECT_LT((carried - expected).norm(),
-              1e-6 * expected.norm());  // fraction of the difference, cubic in the step
+    // The tolerance is relative to the difference, whose error is cubic in the step.
+    EXPECT_LT((carried - expected).norm(), 1e-6 * expected.norm());
   }
 }
 

@@ -263,7 +263,7 @@ TEST_F(ExternalEstimator, EvaluateReadsCovariancesAppliesLimitsAndStatesTheCover
   EXPECT_EQ(gaitslam(evaluate).exit_code, 3);
   EXPECT_EQ(text_of("e/walk/seed-1/trajectory.txt"), "no trajectory\n") << "kept, though it was rejected";
   write("late.sh", "grep -v '#' r/seed-1/truth.tum | tr ' ' , > $1\n");
-  EXPECT_THAT(gaitslam(evaluate).ends(3).err, Has("no header names the columns that commas separate"));
+  EXPECT_THAT(gaitslam(evaluate).ends(3).err, Has("no header names the comma-separated columns"));
   ok(evaluate + " --columns 't[s] x y z qx qy qz qw'");
   write("late.sh", "grep -v '#' r/seed-1/truth.tum | awk '{$1 = NR - 1} 1' > $1\n");
   EXPECT_THAT(gaitslam(evaluate).ends(3).err, Has("its stamps are whole numbers, like frame numbers"));

@@ -296,7 +296,7 @@ REFUSED = [
     ("truth.tum frames.tum", "frames.tum: its 300 poses last 299.000 s, the 300 of truth.tum last 9.967 s: the stamps of one are in another unit"),
     ("frames.tum truth.tum", "frames.tum: its 300 poses last 299.000 s"),
     ("truth.tum poses.txt", "poses.txt: its stamps are frame numbers, but truth.tum has times; write times.txt"),
-    ("truth.tum poses.csv", "poses.csv:1: no header names the columns that commas separate (decimal commas need semicolons or tabs); the "
+    ("truth.tum poses.csv", "poses.csv:1: no header names the comma-separated columns (decimal commas need semicolons or tabs); the "
                             "first row has 8 columns: 0,0.0,0.0,1,1,0,0,0; expected TUM"),
     ("truth.tum ms.tum", "ms.tum: its 300 poses last 9966.667 s, the 300 of truth.tum"),
     *((f"truth.tum minutes.tum{more}", "truth.tum: its 300 poses last 9.967 s, the 300 of minutes.tum last 0.166 s: the stamps of one are")

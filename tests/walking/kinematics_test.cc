@@ -90,8 +90,8 @@ TEST(LegOdometry, ASoleThatLandsSettlesOnTheFloor) {
   readings.right.force.z() = 400;
   const Isometry3d before = legs.motion(readings.q).X_OB;
   legs.add(readings);
-  EXPECT_LT((legs.motion(readings.q).X_OB.matrix() - before.matrix()).norm(),
-            1e-4);  // the bushing's deflection
+  // The bushing's deflection is smaller.
+  EXPECT_LT((legs.motion(readings.q).X_OB.matrix() - before.matrix()).norm(), 1e-4);
   EXPECT_GT(legs.motion(readings.q).p_OS.z(), 0.002);
   for (int tick = 0; tick < 220; ++tick) {
     const Isometry3d last = legs.motion(readings.q).X_OB;

@@ -10,8 +10,8 @@ namespace {
 using Eigen::AngleAxisd, Eigen::Isometry3d, Eigen::Vector3d;
 using std::chrono::milliseconds;
 
-constexpr double kGyroSigma_rad_s = 0.01,
-                 kForceSigma_m_s2 = 0.05;  // noise of 5 ms readings, as assumed by the filter
+// Noise of 5 ms readings, as assumed by the filter.
+constexpr double kGyroSigma_rad_s = 0.01, kForceSigma_m_s2 = 0.05;
 
 /// X_WC at t (s) of a head that moves along a circle like a G1-like robot's at 0.8 m/s with strides at 1.25
 /// Hz: image roll of ±4°, bounce of 13 mm, accelerations up to 7 m/s². It starts at 0.3 m/s.

@@ -25,7 +25,7 @@ TEST_F(TrajectoryFileTest, WhatIsNotDeclaredIsRejectedWithItsFirstRowAndAStart) 
   const std::string row = "1403715273000000000,1,2,3,1,0,0,0\n";
   EXPECT_THAT(
       error_of([&] { read(row); }),
-      testing::MatchesRegex(".*poses.txt:1: no header names the columns that commas separate .*; the first "
+      testing::MatchesRegex(".*poses.txt:1: no header names the comma-separated columns .*; the first "
                             "row has 8 columns: 1403715273000000000,1,2,3,1,0,0,0; expected TUM .*: "
                             "--columns \"t.ns. x y z qw qx qy qz\""));
   expect_rejected("1 2 3 4\n",
@@ -38,7 +38,7 @@ TEST_F(TrajectoryFileTest, WhatIsNotDeclaredIsRejectedWithItsFirstRowAndAStart) 
   EXPECT_EQ(read_trajectory(folder_ / "m.csv", places).rows[0].X.translation(),
             Eigen::Vector3d(1.5, 2.5, 3.5));
   expect_rejected("1403636579763555584 1 2 3 0 0 0 1\n",
-                  ":1: a time of 1403636579763555584 in its unit is more than 9e9 s; the first row");
+                  ":1: the time 1403636579763555584 in its unit is more than 9e9 s; the first row");
   for (const auto& [header, why] : std::vector<std::pair<std::string, std::string>>{
            {"# timestamp(s) lat(deg) lon(deg) alt(m)\n1 48 11 500\n", ":2: no column contains the position"},
            {"# timestamp lat lon alt qx qy qz qw\n1 48 11 500 0 0 0 1\n",

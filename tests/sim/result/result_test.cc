@@ -57,9 +57,9 @@ TEST(Summary, TheWorstIsOnTheSideOfTheLimitOrElseFollowsTheMetricsDefinition) {
   EXPECT_EQ(worst("loop_closed", {0, 1}, {{"loop_closed", {}, Bound::at_most, 1}}), 1);
   EXPECT_EQ(worst("loop_landmarks", {12, 18, 15}), 12);  // few landmarks are bad
   EXPECT_EQ(worst(kAte, {0.1, 0.4, 0.2}), 0.4);
-  EXPECT_EQ(worst("scale_error_percent", {0.5, -2, 1}), -2);   // an error of either sign is bad
-  EXPECT_EQ(worst("nees_position_mean", {2.5, 0.3, 6}),
-            0.3);  // a tenth of the expected value is worse than twice that value
+  EXPECT_EQ(worst("scale_error_percent", {0.5, -2, 1}), -2);  // an error of either sign is bad
+  // A tenth of the expected value is worse than twice that value.
+  EXPECT_EQ(worst("nees_position_mean", {2.5, 0.3, 6}), 0.3);
   EXPECT_EQ(worst("nis_gyro_mean", {0.9, 3, 0.4}), 3);
   EXPECT_EQ(worst("a metric of another program", {-3, 2}), 2);
 }
