@@ -43,7 +43,9 @@ struct Job {
   fs::path recording{};  ///< the recording that a batched job reads; empty: one in the cache
   double cost = 1;       ///< relative to the other jobs, for the progress
 };
+/// Writes one line of JSON per job. Throws FileError.
 void write_jobs(const fs::path& file, const std::vector<Job>& jobs);
+/// Reads the jobs that write_jobs wrote. Throws FileError.
 std::vector<Job> jobs_in(const fs::path& file);
 
 using result::JobRecord;

@@ -25,8 +25,8 @@ class RemainingTime {
     double part = 0, spent_s = 0;
   };
   std::optional<Point> first_, last_;
-  std::optional<double> end_s_,
-      shown_s_;  ///< time when the job will be done; the last returned remaining time
+  /// Time when the job will be done; the last returned remaining time.
+  std::optional<double> end_s_, shown_s_;
 };
 
 /// Returns "walk seed 1: 42 %, 8 s left; search", or "walk seed 1: 3 min 05 s" if the fraction is unknown.

@@ -92,9 +92,11 @@ score::Alignment alignment_named(const std::string& name);
 /// Returns the seeds typed after --seeds. Throws UsageError.
 std::vector<std::uint64_t> parse_seeds(const std::string& text);
 
+/// Adds --port, --address, --public and --token.
 void add_view_place(CLI::App& command, Access& place);
 /// Also adds --view, --control and --wait. An opened view prints its URL.
 void add_view(CLI::App& command, ViewRequest& request);
+/// Prints the URL to standard output, or to standard error with --quiet or --json.
 void print_view(const std::string& url);
 
 /// Throws ConfigError "file:line: world.room: is 'kitchen', expected one of ..." for a missing robot or room.
