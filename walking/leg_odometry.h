@@ -47,8 +47,8 @@ class LegOdometry {
     Eigen::Isometry3d X_OB = Eigen::Isometry3d::Identity();
     Eigen::Vector3d p_OS = Eigen::Vector3d::Zero();
   };
-  /// The motion according to the encoders dt_s after the last add(), with its wrenches and, for points, its
-  /// gyro.
+  /// Returns the motion according to the encoders dt_s after the last add(), whose wrenches and, for
+  /// points, gyro it uses.
   Motion motion(const JointVector& q, double dt_s = 0) const;
 
  private:

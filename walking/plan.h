@@ -120,8 +120,8 @@ struct PerpendicularArc {
         "longest advance in one step if walk.step_length_m is longer; at 0.15 the robot may fall");
   }
 };
-/// A landing relative to the standing foot, whose frame is turned first; the foot is set down in the turned
-/// frame.
+/// A landing relative to the standing foot: the standing foot's frame is turned first, and the other foot
+/// is set down in it.
 struct Step {
   double forward_m = 0.0;
   double left_m = 0.0;  ///< never zero

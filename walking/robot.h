@@ -42,8 +42,8 @@ struct Leg {
   /// Sole in the link of the last joint: its point on the ground below the ankle, x ahead and z up.
   Eigen::Isometry3d X_FS = Eigen::Isometry3d::Identity();
   Eigen::Vector2d sole_min = Eigen::Vector2d::Zero(), sole_max = Eigen::Vector2d::Zero();  ///< outline, m
-  std::vector<Spring>
-      bush;  ///< springs of the ankle's bushing, from the ankle down; empty: the sole is rigid
+  /// Springs of the ankle's bushing, from the ankle down; empty: the sole is rigid.
+  std::vector<Spring> bush;
   /// Stiffness of the sole's pads against tilt about its axes x and y, N·m/rad, and its lag; 0: unknown.
   Eigen::Vector2d pad_stiffness = Eigen::Vector2d::Zero();
   double pad_lag_s = 0;
@@ -102,7 +102,9 @@ struct Robot {
 /// std::invalid_argument with one line that names the leg or the joint. A plan needs six joints per leg.
 void measure(Robot& robot);
 
+/// Returns the angles of a leg's joints, from hip to ankle, rad; zeros after its last joint.
 LegVector leg_angles(const Leg& leg, const JointVector& q);
+/// Sets the angles of a leg's joints in q, given from hip to ankle, rad.
 void set_leg_angles(const Leg& leg, const LegVector& angles, JointVector& q);
 
 /// X_BS: the pose of the sole in the base.

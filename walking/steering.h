@@ -10,8 +10,8 @@ namespace walking {
 struct PlaceEstimate {
   double t_s = 0;
   FootPose planned, estimated;
-  Eigen::Matrix3d covariance =
-      Eigen::Matrix3d::Zero();  ///< covariance of `estimated`: x, y (m, axes of W), yaw (rad)
+  /// Covariance of `estimated`: x, y (m, axes of W), yaw (rad).
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
 };
 
 /// The correction of one footstep.
