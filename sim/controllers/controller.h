@@ -77,7 +77,7 @@ class Controller {
   virtual bool steers(std::size_t) const { return false; }
   virtual void steer(std::size_t, const std::optional<walking::PlaceEstimate>&) {}
   virtual std::optional<std::vector<walking::StepCorrection>> corrections() const { return std::nullopt; }
-  /// Why the walk stopped before the end of its commands.
+  /// Returns why the walk stopped before the end of its commands, if it did.
   virtual std::optional<std::string> stopped() const { return std::nullopt; }
   /// Ends a program after the walk. Returns its log.
   virtual std::string finish() { return {}; }

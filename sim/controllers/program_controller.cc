@@ -88,7 +88,7 @@ void ProgramController::steer(std::size_t, const std::optional<walking::PlaceEst
 }
 
 // Places the robot using the newest estimate of the plan's drift; if steering uses no estimates, the drift is
-// taken as zero.
+// assumed to be zero.
 void ProgramController::locate() {
   const bool estimates = start_.commands.steering.by != walking::SteeredBy::plan;
   if (estimates && !located_s_) return;
