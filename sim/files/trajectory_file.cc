@@ -128,13 +128,13 @@ TrajectoryFile read_poses(const Table& table) {
     }
     const nanoseconds t = table.stamp(row, columns.stamp);
     if (&row == &table.rows().back() && read.rows.size() > 1 && t == read.rows.back().t) {
-      warn(read, "its last pose repeats the previous stamp and is left out");
+      warn(read, "its last pose repeats the previous stamp and is skipped");
       continue;
     }
     const Eigen::Isometry3d X = columns.pose(row);
     add(read, row, {{t, X}, columns.covariance_of(row)});
   }
-  if (lost > 0) warn(read, counted(lost, "line") + " without a position left out");
+  if (lost > 0) warn(read, counted(lost, "line") + " without a position skipped");
   if (read.rows.empty()) throw FileError(table.file(), "contains no pose: every position is missing or NaN");
   return read;
 }

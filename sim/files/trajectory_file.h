@@ -52,7 +52,7 @@ struct TrajectoryFile {
 
 /// Reads a trajectory. `columns` or else a header names the columns (see Table). Without either, the file
 /// is TUM, in s (8 numbers separated by spaces, or 20 with covariance), or KITTI (12; stamps from times.txt
-/// next to it, or else frame numbers). A last pose that repeats the previous stamp is left out. Throws
+/// next to it, or else frame numbers). A last pose that repeats the previous stamp is skipped. Throws
 /// FileError, including if other stamps do not increase.
 TrajectoryFile read_trajectory(const fs::path& file, const std::string& columns = {});
 
