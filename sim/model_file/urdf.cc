@@ -204,7 +204,7 @@ class Urdf {
         if ((!renamed || named_.size() == 1) && fs::exists(root.string() + inside)) {
           if (renamed)
             add_note(model_.notes, Fate::converted,
-                     fmt::format("package '{}': taken to be {}", package, root.string()), mesh);
+                     fmt::format("package '{}': assumed to be {}", package, root.string()), mesh);
           return root.string() + inside;
         }
       }
