@@ -27,7 +27,7 @@ struct Gains {
 };
 constexpr Gains kLeg{120, 1.8, 4e-4}, kAnkle{40, 0.2, 4e-4}, kOther{12, 0.2, 1e-4};
 // The ankle admittance times mass and height of the center of mass, because torques grow with both. Tried on
-// robots of 18 to 95 kg. The height is taken as at least 0.45 m.
+// robots of 18 to 95 kg. The height is assumed to be at least 0.45 m.
 constexpr double kAdmittance = 1.0, kLeastHeight_m = 0.45;
 // The longest step ahead: a fraction of the height of the center of mass, up to a limit.
 constexpr double kStepShare = 0.22, kLongestStep_m = 0.12;
