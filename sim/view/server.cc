@@ -32,7 +32,7 @@ using net::ip::tcp;
 using Request = http::request<http::empty_body>;
 using Response = http::response<http::string_body>;
 using Error = beast::error_code;
-using Slot = std::shared_ptr<void>;  ///< counts a connection while it lives
+using Slot = std::shared_ptr<void>;  ///< counts a connection while it exists
 
 constexpr std::size_t kLeastTokenLength = 22;  // 128 bits, also in base64
 

@@ -144,7 +144,7 @@ struct Service {
 /// The server, which listens while the object exists. Rejects requests and upgrades according to rejection().
 class Server {
  public:
-  /// Throws std::invalid_argument as checked() does, std::runtime_error if it cannot listen.
+  /// Throws std::invalid_argument as checked() does, and std::runtime_error if it cannot listen.
   Server(const Access& access, Service service, const Limits& limits = {});
   ~Server();
   Server(const Server&) = delete;

@@ -111,8 +111,9 @@ bool has_recording(const fs::path& result, const std::string& hash) try {
   return false;  // broken, so it is not the recording
 }
 
-/// Returns the recording of a result: its own, or the one with its hash in the enclosing result, in the given
-/// results, in the cache, or in results up to two folders above it. Empty if it was not found.
+/// Returns the recording of a result: its own, or the one with this hash in the enclosing folder, in the
+/// given results, in the cache, or up to two levels below one of the two folders above it. Empty if not
+/// found.
 fs::path recording_of(const fs::path& result, const std::string& hash, const std::vector<fs::path>& given) {
   if (fs::exists(result / "recording/manifest.csv")) return result / "recording";
   if (hash.empty()) return {};

@@ -160,9 +160,9 @@ struct Playback {
   std::shared_ptr<const pages::Pictures> pictures;  ///< absent without a recording
 };
 
-/// Reads a result folder and its recording: its own, or the one with the hash in about.json, from the
-/// enclosing or a given result, from the cache, or next to it. Missing parts are listed in ShownRun::missing.
-/// Throws FileError if it is not a result or a file is broken.
+/// Reads a result folder and its recording. A result without its own recording uses the one with the
+/// hash in about.json: from the enclosing result, a given one, the cache, or a nearby result. Missing parts
+/// are listed in ShownRun::missing. Throws FileError if it is not a result or a file is broken.
 Playback read_playback(const fs::path& result, const MakeRobot& make_robot,
                        const std::vector<fs::path>& given = {});
 
