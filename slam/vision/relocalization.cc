@@ -22,7 +22,7 @@ constexpr int kPoseIterations = 10;
 constexpr std::size_t kMostTemplates = 40;  // in one heading
 constexpr std::size_t kMostPlaces = 3000;   // in an image
 constexpr int kPlaceStep_px = 2;
-constexpr double kPlaceBlur_px = 1.2;  // so that a template still matches at a slight offset
+constexpr double kPlaceBlur_px = 1.2;  // blur, so that templates still match at a slight offset
 constexpr std::size_t kMostDetections = 48;
 constexpr double kHeightSigma_m = 0.03, kHeightGate = 3;
 constexpr double kLeastAhead = 0.5;          // cosine of the angle to the heading that is searched
