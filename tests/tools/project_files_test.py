@@ -188,7 +188,7 @@ class RecordingSources(unittest.TestCase):
             shutil.copytree(ROOT / folder, self.copy / folder)
 
     def hash(self):
-        """The generated source's line of the hash; empty if the build step fails."""
+        """Returns the generated source's line with the hash, or '' if the build step fails."""
         out = self.copy / 'revision.cc'
         made = subprocess.run([CMAKE, f'-DSOURCE={self.copy}', f'-DOUTPUT={out}', '-P', ROOT / 'tools/cli/revision.cmake'],
                               check=False, capture_output=True)

@@ -140,7 +140,7 @@ TEST_F(TrajectoryFileTest, APoseMayLackTheCovarianceThatOthersHave) {
 TEST_F(TrajectoryFileTest, LinesOfALostProgramAreLeftOutWithAWarning) {
   const TrajectoryFile lost = read("1 1 2 3 0 0 0 1\n2 nan nan nan nan nan nan nan\n3 1 2 3 0 0 0 1\n");
   EXPECT_EQ(lost.rows.size(), 2u);
-  EXPECT_EQ(lost.warning, "1 line without a position left out");
+  EXPECT_EQ(lost.warning, "1 line without a position skipped");
   for (const auto& [start, name] : {std::pair(std::string("\x1f\x8b\x08\0", 4), "compressed (gzip)"),
                                     {"PK\3\4", "compressed (zip)"},
                                     {"#ROSBAG V2.0", "a ROS bag"},
@@ -168,7 +168,7 @@ TEST_F(TrajectoryFileTest, OnlyARepeatedLastStampIsDroppedWithAWarning) {
   const TrajectoryFile dropped = read(two + "2 5 0 0 0 0 0 1\n");
   EXPECT_EQ(dropped.rows.size(), 2u);
   EXPECT_EQ(dropped.rows[1].X.translation().x(), 0);
-  EXPECT_EQ(dropped.warning, "its last pose repeats the previous stamp and is left out");
+  EXPECT_EQ(dropped.warning, "its last pose repeats the previous stamp and is skipped");
   EXPECT_EQ(read(two).warning, std::nullopt);
   expect_rejected(two + "2 0 0 0 0 0 0 1\n3 0 0 0 0 0 0 1\n",
                   ":3:1: the stamp is not after the previous one");

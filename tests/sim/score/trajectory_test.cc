@@ -266,8 +266,8 @@ TEST(Consistency, TheFractionInTheBandCountsInstantsByTheMeanOverRuns) {
   const std::vector<double> low(10, 1.6), inside(10, 1.7), high(10, 4.7);
   const auto fraction = band_fractions({low, inside, inside, high, {}, {0.6, 0.6}, {1, 13}}, 3);
   ASSERT_TRUE(fraction);
-  EXPECT_DOUBLE_EQ(fraction->inside, 3.0 / 6);  // twice 1.7, and 7 of two
-  EXPECT_DOUBLE_EQ(fraction->below, 2.0 / 6);   // 1.6, and 0.6 of two
+  EXPECT_DOUBLE_EQ(fraction->inside, 3.0 / 6);  // 1.7 twice, and 7 as the mean of two
+  EXPECT_DOUBLE_EQ(fraction->below, 2.0 / 6);   // 1.6, and 0.6 as the mean of two
   EXPECT_NEAR(fraction->mean, (1.6 + 2 * 1.7 + 4.7 + 0.6 + 7) / 6, 1e-12);
   EXPECT_FALSE(band_fractions({{}, {}}, 3));
 }
