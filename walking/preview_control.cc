@@ -71,8 +71,8 @@ PreviewGains preview_gains(const CartTable& cart, int horizon) {
 PreviewControl::PreviewControl(const CartTable& cart, PreviewGains gains, const Eigen::Vector2d& position)
     : cart_(cart), gains_(std::move(gains)) {
   x_.row(0) = position;
-  // A finite preview adds up to less than the position gain. The error sum that standing here would have
-  // accumulated makes up for it, so that the walk is the same for any starting place.
+  // The gains of a finite preview add up to less than the position gain. The error sum starts as if the
+  // robot had stood here for a long time, so that the walk is the same for any starting place.
   error_sum_ = -(gains_.state(0) + gains_.preview.sum()) / gains_.integral * position;
 }
 
