@@ -38,7 +38,7 @@ struct Vertex {
 };
 
 /// An OSMesa context with a picture, its depth, and triangles from one vertex buffer. The nearer surface
-/// hides the farther one. Rows are counted downwards: a triangle's front is the side from which its corners
+/// hides the farther one. Rows are counted downward: a triangle's front is the side from which its corners
 /// appear counter-clockwise in a picture whose first row is on top. One core draws (LP_NUM_THREADS=0), so
 /// frames and their cost do not depend on the machine's load.
 class Renderer {
