@@ -45,7 +45,7 @@ struct TrajectoryFile {
   std::vector<std::string> columns;  ///< their names with units, for --columns; empty: KITTI
   std::vector<TumRow> rows;
   std::array<std::size_t, 3> position{};    ///< places in `columns`
-  bool counts_frames = false;               ///< the stamps are frame numbers, as KITTI without times
+  bool counts_frames = false;               ///< the stamps are frame numbers, as for KITTI without times
   std::optional<std::string> warning = {};  ///< describes omitted rows, if any, and why
   bool has_orientation = true;              ///< otherwise all rotations are the identity
 };
