@@ -107,7 +107,7 @@ void check_time(const ReadScenario& read) {
   require(!none || time.on_busy == OnBusy::drop, estimator + "on_busy",
           "is wait, but with estimator.time.model none an estimator is never busy");
   require(time.on_busy == OnBusy::drop || time.queue == 0, estimator + "queue",
-          "is 1, but estimator.time.on_busy is wait, where every frame waits; expected 0, or on_busy: drop");
+          "is 1, but with estimator.time.on_busy: wait, every frame waits; expected 0, or on_busy: drop");
 }
 
 /// Returns whether a walk never turns and never walks back.
