@@ -164,7 +164,7 @@ Value drift_percent(C c) {
   return 100 * end_distance(c) / walked;
 }
 
-// Root mean square of error(difference of the two motions) over 1 m of the true path.
+// Root mean square of error(X), where X is the difference between the two motions over 1 m of the true path.
 MetricDefinition rpe_metric(const std::string& unit, const std::string& kind, Needs needs,
                             double (*error)(const Eigen::Isometry3d&)) {
   return {"rpe_1m_" + unit,
