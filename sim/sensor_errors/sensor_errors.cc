@@ -162,7 +162,7 @@ std::vector<slam::LidarPoint> measured_points(const std::vector<slam::LidarPoint
   std::vector<slam::LidarPoint> points;
   for (slam::LidarPoint point : ideal) {
     const Eigen::Vector3d p(point.x_m, point.y_m, point.z_m), along = p.normalized();
-    const Eigen::Vector3d left = Eigen::Vector3d::UnitZ().cross(along);  // as long as the cosine of elevation
+    const Eigen::Vector3d left = Eigen::Vector3d::UnitZ().cross(along);  // length: cosine of elevation
     const Eigen::Vector3d up = along.cross(left).stableNormalized();
     const double range = p.norm() + sensor.range_sigma_m * random.normal();
     const double azimuth = sensor.angle_sigma_rad * random.normal();
