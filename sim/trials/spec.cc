@@ -67,7 +67,7 @@ Entry read_entry(const Yaml& node, const std::string& key, const fs::path& folde
 SpecRun run_of_result(const Yaml& node, const Entry& entry, const fs::path& folder) {
   if (!fs::exists(folder / "recording" / "manifest.csv"))
     fail(*entry.recordings, "recordings", "{} has no finished recording{}", folder.string(),
-         entry.seeds.empty() ? "; choose seeds of a folder of seeds, as in seeds: 1..5" : "");
+         entry.seeds.empty() ? "; if the folder has several seeds, state which, as in seeds: 1..5" : "");
   const fs::path own = folder / "scenario.yaml", whole = fs::absolute(folder / "x").lexically_normal();
   const scenario::Scenario recorded = scenario::read_scenario(own).scenario;
   SpecRun run{(whole.parent_path().parent_path().filename() / whole.parent_path().filename()).string(),
