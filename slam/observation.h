@@ -28,7 +28,7 @@ struct InertialSample {
   Stamp begin{0};
   Stamp end{0};
   Eigen::Vector3d value =
-      Eigen::Vector3d::Zero();  ///< gyro: rad/s; accelerometer: specific force, m/s² (+g upwards at rest)
+      Eigen::Vector3d::Zero();  ///< gyro: rad/s; accelerometer: specific force, m/s² (+g upward at rest)
 };
 
 /// Which feet are on the ground according to the walking plan.
