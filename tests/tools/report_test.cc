@@ -174,7 +174,7 @@ TEST_F(ReportTest, AFolderThatIsNotAResultIsReported) {
   for (const auto& [file, text, complaint] :
        {std::array{"frames.csv", "a,b\n1\n", ":2: expected 2 fields, found 1"},
         {"frames.csv", "a,a\n1,1\n", ":1: has a duplicate column 'a'"},
-        {"score.json", "{", ":1:2: is not JSON, or cut off here"}}) {
+        {"score.json", "{", ":1:2: is not JSON or is cut off here"}}) {
     write(std::string("two/seed-1/") + file, text);
     expect_refused("report two --out x.html", std::string(file) + complaint);
   }

@@ -125,7 +125,7 @@ TEST(Baseline, IsReadBackBitForBit) {
   write_baseline(file, read);
   EXPECT_EQ(files::read_text(file), text);
   for (const auto& [wrong, why] :
-       {std::pair{text.substr(0, text.size() / 2), ": is not JSON, or cut off here"},
+       {std::pair{text.substr(0, text.size() / 2), ": is not JSON or is cut off here"},
         {std::string("{}"), "ci.json: format_version: is missing"}}) {
     files::write_text(file, wrong);
     EXPECT_THAT(files::error_of([&] { read_baseline(file); }), HasSubstr(why));
