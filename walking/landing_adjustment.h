@@ -32,7 +32,7 @@ class LandingAdjustment {
   Robot robot_;
   StabilizerOptions::LandingAdjustment options_;
   double omega_;  // 1/s
-  // Shifts in P, m: of the plan's frame (with the start and end of its motion) and of both feet.
+  // Shifts of the plan's frame (now, and at the start and end of its motion) and of both feet, m in P.
   Eigen::Vector2d frame_ = Eigen::Vector2d::Zero(), from_ = frame_, to_ = frame_, left_ = frame_,
                   right_ = frame_;
   double progress_ = 1;            // completed part of the frame's motion, 0 to 1
