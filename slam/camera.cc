@@ -9,12 +9,12 @@ namespace {
 
 constexpr double kWidest = 1.5;  // rad; a ray (x, y, 1) cannot reach π/2
 constexpr double kNarrowest_rad = 0.1;
-constexpr double kLeastForward = 1e-6;  // least h.z()/|h|; excludes points in or behind the image plane
+constexpr double kLeastForward = 1e-6;  // minimum h.z()/|h|; excludes points at or behind the camera
 constexpr int kUndistortIterations = 50;
 constexpr double kConverged = 1e-13;  // step size for rays and angles, which are of order 1
 
-/// An image point in px relative to the principal point, and its Jacobian with respect to the point from
-/// which it was computed.
+/// An image point in px relative to the principal point, with its Jacobian with respect to the point it
+/// was computed from.
 struct Distorted {
   Eigen::Vector2d point;
   Eigen::Matrix2d J;
@@ -87,7 +87,7 @@ Distorted distort(const Model& k, const Eigen::Vector2d& focal, const Eigen::Vec
           focal.asDiagonal() * distorted.J * focal.cwiseInverse().asDiagonal()};
 }
 
-/// The inverse of distort. Returns nothing if no ray maps to d. The result is meaningless beyond the valid
+/// The inverse of distort(). Returns nothing if no ray maps to d. The result is meaningless beyond the valid
 /// field of view.
 template <typename Model>
 std::optional<Distorted> undistort(const Model& k, const Eigen::Vector2d& focal, const Eigen::Vector2d& d) {

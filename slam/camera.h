@@ -33,7 +33,7 @@ class Camera {
   /// Projects h, which may have any positive length. Returns nothing if h does not point forward or lies
   /// outside the valid field of view of the lens model.
   std::optional<Projection> project(const Eigen::Vector3d& h) const;
-  /// The exact inverse of project. Returns nothing outside the image circle of the lens.
+  /// The exact inverse of project(). Returns nothing outside the image circle of the lens.
   std::optional<Ray> unproject(const Eigen::Vector2d& pixel) const;
   /// The displacement of a pixel by the lens, relative to a pinhole camera, px.
   Eigen::Vector2d displacement(const Eigen::Vector3d& h, const Eigen::Vector2d& pixel) const {
@@ -41,7 +41,7 @@ class Camera {
   }
   /// True if the pixel lies at least margin_px inside the image on every side.
   bool inside(const Eigen::Vector2d& pixel, double margin_px) const;
-  /// Standard deviation of a measured pixel, px: sigma_px at the center, growing linearly to twice that at
+  /// Standard deviation of a measured pixel, px: sigma_px at the center, growing linearly to 2 sigma_px at
   /// the corner.
   double sigma(const Eigen::Vector2d& pixel, double sigma_px) const;
 

@@ -19,7 +19,7 @@ class Filter {
   /// changes nothing. The report is valid until the next call.
   const FrameReport& step(const Observation& observation);
 
-  /// Records all further steps in a temporary file, so that smoothed() can return their poses.
+  /// Records all later steps in a temporary file, so that smoothed() can return their poses.
   void record();
   /// Returns the poses of the recorded steps, each given all observations. Returns nothing if no step was
   /// recorded or the temporary file failed. Call it once, after the last step.

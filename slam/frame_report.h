@@ -26,8 +26,9 @@ struct Sighting {
 };
 
 /// The normalized innovation squared (NIS) of one sensor in one frame, its degrees of freedom, and ln |S| of
-/// the innovation covariance S = LLᵀ. lagged is the dot product of the whitened innovation L⁻¹ν and that of
-/// the last frame; lagged_square is the square of the former. Both are 0 if the last frame has none.
+/// the innovation covariance S = LLᵀ. lagged is the dot product of the whitened innovations L⁻¹ν of this
+/// frame and the last one; lagged_square is the squared norm of this frame's. Both are 0 if the last frame
+/// has none.
 struct Nis {
   double value = 0;
   int dof = 0;
@@ -115,7 +116,7 @@ struct FrameReport {
   std::vector<Search> searched;
   std::vector<DepthHypotheses> lines;  ///< landmarks that were lines before this frame, after its image
   std::vector<int> deleted;
-  Evidence evidence{};       ///< of systematic errors in this frame's innovations
+  Evidence evidence{};       ///< evidence of systematic errors in this frame's innovations
   bool relocalized = false;  ///< the pose was reset from the map in this frame
   Reasons refused;           ///< why the observation or parts of it were not used
   Health health = Health::ok;

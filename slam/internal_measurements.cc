@@ -11,11 +11,11 @@ namespace {
 constexpr double kGate3 = 16.27;  // chi-square, 99.9 %, 3 rows
 constexpr double kGate2 = 13.82;  // chi-square, 99.9 %, 2 rows
 constexpr double kGate1 = 10.83;  // chi-square, 99.9 %, 1 row
-// Bounds between successive readings: twice what a stumbling robot reaches, and half of what a 5 ms spike
-// reaches.
+// Bounds on the change between successive readings: twice the change in a stumble, and half the change in
+// a 5 ms spike.
 constexpr double kMostAngularAcceleration_rad_s2 = 1000, kMostJerk_m_s3 = 20000;
 
-// A stumble lasts for some time, so leg odometry that was beyond its gate counts less for a while.
+// A stumble takes some time, so leg odometry that was beyond its gate has less weight for a while.
 constexpr double kLegDoubt_s = 0.5;
 constexpr double kStumbled_m = 0.1;  // standard deviation of the legs' height during a stumble
 
@@ -100,7 +100,7 @@ bool agrees(const OptionalMeasurement& m, const Prediction& prediction, const St
 }
 
 /// Returns whether the readings follow `last` and each other without a gap or a jump. If so, they show a real
-/// motion, however fast.
+/// motion, even a very fast one.
 bool adjoin(std::optional<InertialSample> last, const std::vector<InertialSample>& readings,
             double most_per_s) {
   for (const InertialSample& next : readings) {
@@ -121,8 +121,8 @@ InternalMeasurements::InternalMeasurements(const Options& options, const Eigen::
       command_options_(with_command(options)),
       X_CG_(X_CG) {}
 
-/// Returns the gyro's rate if it is to drive the prediction and either the motion model allows the change of
-/// rate or the readings adjoin those that drove the last prediction.
+/// Returns the gyro's rate if it should drive the prediction and either the motion model allows the change of
+/// rate or the readings continue the ones that drove the last prediction.
 std::optional<MeanRate> InternalMeasurements::driving_rate(const RobotVector& x) const {
   if (!options_.gyro.enabled || !options_.gyro.drives_motion) return std::nullopt;
   const auto rate = mean_rate(later_, options_);

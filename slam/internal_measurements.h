@@ -7,8 +7,8 @@
 
 namespace slam {
 
-/// Predicts and updates the state with the internal sensors. In a FrameReport it fills in their innovations,
-/// their use, and what was rejected.
+/// Predicts and updates the state with the internal sensors. Fills in their innovations, their use and
+/// rejections in a FrameReport.
 class InternalMeasurements {
  public:
   InternalMeasurements(const Options& options, const Eigen::Isometry3d& X_CG);
@@ -19,7 +19,7 @@ class InternalMeasurements {
   }
   /// Predicts the robot's state at the observation. The accelerometer drives the prediction unless its
   /// readings are incomplete, or its increment is implausible for the motion model or contradicts the plan.
-  /// previous: the time of `state`, which is that of the previous observation.
+  /// previous: the time of `state`, that is, of the previous observation.
   Prediction predict(const Observation& observation, Stamp previous,
                      const std::optional<PlannedInterval>& planned, const State& state, FrameReport& report);
   /// Updates the predicted state with gyro, velocity and height together. Each is used only if the options
@@ -31,7 +31,8 @@ class InternalMeasurements {
  private:
   std::optional<MeanRate> driving_rate(const RobotVector& x) const;
 
-  // As given, and with the noises of leg odometry, of leg odometry without a plan, and of the command.
+  // The options as given, and with the noises of leg odometry, of leg odometry without a plan, and of the
+  // command.
   Options options_, leg_options_, unplanned_options_, command_options_;
   Eigen::Isometry3d X_CG_;                             // as calibrated
   std::optional<Eigen::Isometry3d> X_CG_by_encoders_;  // the newest
@@ -40,8 +41,8 @@ class InternalMeasurements {
   std::optional<InertialSample> last_rate_, last_force_;    // the last readings that drove it
   double leg_doubt_ = 1;                                    // factor on the variance of leg odometry
   bool stumbled_ = false;                                   // the legs' height was beyond its gate
-  std::array<std::optional<Eigen::Vector3d>, 6> whitened_;  // of the last frame, by sensor
-  InertialInterval earlier_, later_;                        // of the last two frame intervals
+  std::array<std::optional<Eigen::Vector3d>, 6> whitened_;  // innovations of the last frame, by sensor
+  InertialInterval earlier_, later_;                        // readings of the last two frame intervals
 
   // Work space, kept so that a step in the steady state takes no heap memory.
   std::vector<Measurement> accepted_;

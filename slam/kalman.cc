@@ -222,7 +222,8 @@ void Kalman::erase(int at, int count) {
   const int size = state_.size;
   auto& P = state_.storage_P;
   for (int column = 0; column < size - count; ++column) {
-    const int from = column < at ? column : column + count;  // its lower part, from row max(at, column) on
+    // Moves the column's lower part, starting at row max(at, column).
+    const int from = column < at ? column : column + count;
     const double* const old = P.col(from).data();
     std::copy(old + std::max(at + count, from), old + size, P.col(column).data() + std::max(at, column));
   }

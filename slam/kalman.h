@@ -7,8 +7,8 @@
 
 namespace slam {
 
-/// The parameters of a new landmark, y = g(robot, z): the mean y, ∂y/∂robot, and the covariance J R Jᵀ that
-/// the noise of the measurement z adds.
+/// The parameters of a new landmark, y = g(robot, z): the mean y, ∂y/∂robot, and the covariance J R Jᵀ due
+/// to the noise of the measurement z.
 struct LandmarkInitialization {
   Vector6d y;
   Eigen::Matrix<double, 6, kRobot> J_robot;
@@ -25,11 +25,11 @@ class Kalman {
   Kalman(const RobotState& initial, bool observability_constrained, int match_biases = 0);
 
   const State& state() const { return state_; }
-  /// Records all further changes of the state for a smoother, which must outlive them.
+  /// Records all later changes of the state for a smoother, which must outlive this object.
   void record(Smoother& smoother) { smoother_ = &smoother; }
   /// x ← f and P ← FPFᵀ + Q for the robot's part; its correlations with the landmarks change accordingly.
   void predict(const RobotVector& f, const RobotMatrix& F, const RobotMatrix& Q);
-  /// Removes from H the part that observes the heading of the whole world, which is unobservable
+  /// Removes the part of H that observes the heading of the whole world, which is unobservable
   /// (Hesch et al. 2013: H' = H − HN(NᵀN)⁻¹Nᵀ). Does nothing when the constraint is switched off.
   void constrain(Measurement& measurement) const;
   /// P ← P − WWᵀ with W = PHᵀL⁻ᵀ and S = LLᵀ; then the quaternion is normalized. Returns false, and changes

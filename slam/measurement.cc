@@ -22,7 +22,7 @@ void add_landmark_part(const State& state, const Measurement& m, Eigen::Ref<Eige
   const int at = m.landmark_at, count = static_cast<int>(m.H_landmark.cols());
   if (count == 0) return;
   const int below = state.size - at - count;
-  const auto add_above = [&](const auto& columns) {  // of a fixed number of rows
+  const auto add_above = [&](const auto& columns) {  // columns of a fixed number of rows
     for (int row = 0; row < m.rows; ++row)
       for (int i = 0; i < at; ++i) {
         double sum = columns(0, i) * m.H_landmark(row, 0);

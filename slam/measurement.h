@@ -37,13 +37,13 @@ struct Measurement {
 Measurement::Small<3, 3> innovation_covariance(const State& state, const Measurement& measurement);
 
 /// νᵀS⁻¹ν and ln |S|. If S is not positive definite, the former is infinite and the latter meaningless.
-/// whitened: the whitened innovation of the last frame, which is replaced with that of this frame.
+/// whitened: the whitened innovation of the last frame, replaced by this frame's.
 Nis normalized_innovation_squared(const State& state, const Measurement& measurement,
                                   std::optional<Eigen::Vector3d>* whitened = nullptr);
 
 /// C = A B and C = A Bᵀ, for matrices of more than a few rows; C must be neither A nor B. They are compiled
-/// once, because each expression with a product instantiates Eigen's code anew, which takes a second to
-/// compile.
+/// once, because each expression with a product instantiates Eigen's code again, which takes a second
+/// to compile.
 void multiply(const Eigen::Ref<const Eigen::MatrixXd>& A, const Eigen::Ref<const Eigen::MatrixXd>& B,
               Eigen::Ref<Eigen::MatrixXd> C);
 void multiply_transposed(const Eigen::Ref<const Eigen::MatrixXd>& A,
@@ -51,13 +51,13 @@ void multiply_transposed(const Eigen::Ref<const Eigen::MatrixXd>& A,
 /// Replaces the lower triangle of A with its Cholesky factor. Returns false if A is not positive definite.
 bool factorize(Eigen::Ref<Eigen::MatrixXd> A);
 
-/// Enlarges a work space to at least the given numbers of rows and columns, with room to spare so that it
-/// seldom grows. When it grows, its contents are lost.
+/// Enlarges a work space to at least the given numbers of rows and columns, with spare room, so that it
+/// rarely grows. When it grows, its contents are lost.
 void reserve_workspace(Eigen::MatrixXd& storage, int rows, int columns);
 
 /// Stacked measurements: the innovation ν, its derivative with respect to the systematic errors (including
 /// their effect through the state), H, PHᵀ and S = HPHᵀ + R. The storage is larger than needed, so that it
-/// seldom grows.
+/// rarely grows.
 struct StackedMeasurement {
   /// A part of H outside the robot's columns: the derivative of a measurement with respect to the parameters
   /// starting at `at`.
@@ -91,8 +91,8 @@ struct StackedMeasurement {
 /// Fills `stacked` from the measurements and the covariance of the state.
 void stack(const State& state, const std::vector<Measurement>& measurements, StackedMeasurement& stacked);
 
-/// Multiplies the noise standard deviation of each measurement in S by `ratio`. `measurements` are those that
-/// were stacked.
+/// Multiplies the noise standard deviation of each measurement in S by `ratio`. `measurements`: the stacked
+/// measurements.
 void scale_noise(StackedMeasurement& stacked, const std::vector<Measurement>& measurements, double ratio);
 
 /// Fills `selected` with the measurements at the given indices, which must be in ascending order.

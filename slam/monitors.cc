@@ -17,24 +17,24 @@ constexpr double kLeastFound = 0.2;        // fraction of the landmarks searched
 constexpr double kLeastCoverage = 0.4;     // fraction of the image
 constexpr std::size_t kLeastSearched = 5;  // landmarks
 constexpr double kVisionBound = 3;         // mean NIS per degree of freedom, where 1 is expected
-constexpr double kLegFactor = 1.5;         // times plan_bound, since leg odometry's errors last many frames
-constexpr double kHeightBound = 10;        // mean NIS, where 1 is expected
+constexpr double kLegFactor = 1.5;   // factor on plan_bound, because leg odometry's errors last many frames
+constexpr double kHeightBound = 10;  // mean NIS, where 1 is expected
 constexpr const char* kNotFoundAgain = "; the map was not found again";
 
 constexpr double kEvidenceMemory_s = 30;
 constexpr double kOrdinary = 0.02;  // relative systematic error
-constexpr double kScatter = 1.5;    // of the gyro, relative to the assumed noise
+constexpr double kScatter = 1.5;    // bound on the gyro's scatter, relative to the assumed noise
 constexpr double kMemory = 1200;    // second differences: 2 s of three axes
 constexpr double kFewest = 600;     // second differences
 
 constexpr double kImageMemory_s = 5;
 constexpr double kFewestSearches = 60;
-constexpr double kLeastFoundAgain = 0.6;  // of the landmarks searched for
+constexpr double kLeastFoundAgain = 0.6;  // fraction of the landmarks searched for
 constexpr double kMostUnreliable = 4;     // landmarks within the memory
 constexpr double kLossMemory_s = 20;
-constexpr double kLossLasts_s = 2;   // a loss that lasts this long is as bad as another one
+constexpr double kLossLasts_s = 2;   // a loss that lasts this long counts as a second one
 constexpr double kMostLosses = 1.5;  // within the memory
-constexpr double kRecovered = 0.5;   // part of a loss that still counts, since the images now fit the map
+constexpr double kRecovered = 0.5;   // fraction of a loss that still counts, since the images now fit the map
 
 bool is_finite(const PlannedMotion& plan) {
   return plan.X_PC.matrix().allFinite() && plan.v_PC_C.allFinite() && plan.w_PC_C.allFinite() &&
@@ -88,7 +88,7 @@ std::optional<ImageDefect> ImageCheck::defect(const cv::Mat& image, bool stands_
   const bool frozen =
       !previous_.empty() && std::equal(image.begin<uchar>(), image.end<uchar>(), previous_.begin<uchar>());
   if (stands_still && !frozen && !previous_.empty() && noisy_ < kNoisyImages) {
-    const int differing = cv::countNonZero(image != previous_);  // all over, at rest: noise
+    const int differing = cv::countNonZero(image != previous_);  // everywhere, at rest: noise
     noisy_ = 2 * differing > image.rows * image.cols ? noisy_ + 1 : 0;
   }
   image.copyTo(previous_);
@@ -168,7 +168,7 @@ void GyroNoiseTest::add(const std::vector<InertialSample>& readings) {
     if (follows(reading, last_) && follows(last_, before_)) {
       const double sigma = options_.sigma_rad_s * std::sqrt(6 * kReadingPeriod_s / length_s(reading));
       const Eigen::Vector3d second = reading.value - 2 * last_.value + before_.value;
-      const double median = 0.6745 * sigma;  // of the absolute value of a normal variable
+      const double median = 0.6745 * sigma;  // median of the absolute value of a normal variable
       beyond_ += static_cast<double>((second.array().abs() > kScatter * median).count());
       white_ +=
           static_cast<double>((second.array().abs() > (reading.value - last_.value).array().abs()).count());

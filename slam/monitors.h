@@ -6,8 +6,8 @@
 
 namespace slam {
 
-/// Why the observation is malformed: an image of the wrong type or size, or a reading or plan that is not
-/// finite. Returns nothing if it is well-formed.
+/// Returns why the observation is malformed: an image of the wrong type or size, or a reading or plan
+/// that is not finite. Returns nothing if it is well-formed.
 std::optional<std::string> malformation(const Observation& observation, const CameraIntrinsics& camera);
 
 /// True if the camera is known to have stood still in a frame interval: the robot stands still according to
@@ -30,19 +30,20 @@ class ImageCheck {
 
  private:
   cv::Mat previous_;
-  int noisy_ = 0;  // images that differed all over from the previous one while the camera stood still
+  // Number of images that differed everywhere from the previous one while the camera stood still.
+  int noisy_ = 0;
 };
 
 /// The tracking statistics of one frame.
 struct TrackingStatistics {
   double dt_s = 0;
-  std::size_t searched = 0, accepted = 0;        ///< landmarks; those set aside count as searched for
-  double coverage = 1;                           ///< fraction of the image that all in view span
+  std::size_t searched = 0, accepted = 0;        ///< landmarks; any set aside count as searched for
+  double coverage = 1;                           ///< fraction of the image spanned by all landmarks in view
   std::optional<double> vision_nis, height_nis;  ///< per degree of freedom; absent without a measurement
 };
 
-/// True if landmarks were searched for all over the image and almost none was found. If they span only a part
-/// of the image, the rest may be occluded, and this is false.
+/// True if landmarks were searched for in all parts of the image and almost none was found. If they span only
+/// a part of the image, the rest may be occluded, and this is false.
 bool matching_failed(const TrackingStatistics& statistics);
 
 /// The health of the filter over time.
@@ -74,7 +75,8 @@ class TrackingMonitor {
   void diverge(const std::string& cause);
   /// The map was recognized: the health is ok, and all earlier frames are forgotten.
   void relocalized() { *this = TrackingMonitor(options_); }
-  /// How long tracking has been lost; negative after a loss that was declared early because nothing was seen.
+  /// Returns how long tracking has been lost; negative after a loss that was declared early because nothing
+  /// was seen.
   Stamp lost_for() const { return health_ == Health::ok ? Stamp(0) : lost_; }
   /// Adds a frame interval after which a lost filter is still lost; after give_up_s it has diverged.
   void remains_lost(Stamp interval);
@@ -93,7 +95,7 @@ class TrackingMonitor {
   Health health_ = Health::ok;
   std::optional<std::string> cause_;
   bool in_doubt_ = false;
-  double failing_s_ = 0;                   // how much longer matching failed than it did not
+  double failing_s_ = 0;                   // time for which matching failed minus time for which it succeeded
   Stamp blind_{0}, refused_{0}, lost_{0};  // for how long
   bool blind_loss_ = false;
   MovingMean vision_, height_;
@@ -107,8 +109,8 @@ class GyroNoiseTest {
   explicit GyroNoiseTest(const Options::Gyro& options) : options_(options) {}
 
   void add(const std::vector<InertialSample>& readings);
-  /// True if the median of the last seconds' second differences is more than 1.5 times that of the noise, and
-  /// most of them are larger than the first differences.
+  /// True if the median of the second differences in the last seconds is more than 1.5 times the noise's
+  /// median, and most of them are larger than the first differences.
   bool scatters() const;
 
  private:
@@ -117,9 +119,9 @@ class GyroNoiseTest {
   double count_ = 0, beyond_ = 0, white_ = 0;  // numbers of second differences; older ones weigh less
 };
 
-/// Compares the number of landmarks found again with the number predicted. Images of another place or another
-/// motion keep giving new landmarks that are not found again, and tracking is lost although the images are
-/// good.
+/// Compares the number of landmarks found again with the number predicted. With images of a different place
+/// or motion, new landmarks keep being added that are not found again, and tracking is lost although the
+/// images are good.
 class ImageTest {
  public:
   /// Records whether tracking is lost after a frame. A loss that started with a bad image does not count.
@@ -147,13 +149,14 @@ class SensorMonitor {
   void add(const Evidence& evidence, double dt_s);
   GyroNoiseTest& gyro() { return gyro_; }
   ImageTest& images() { return images_; }
-  /// Forgets the evidence of the innovations, after the pose was reset.
+  /// Forgets the evidence of the innovations, for use after the pose was reset.
   void reset() { sums_ = {}; }
-  /// How far the estimated δ lies outside ±2 %, in its standard deviations and with its sign; 0 within ±2 %.
+  /// Returns how far the estimated δ lies outside ±2 %, in standard deviations of δ and with its sign; 0
+  /// within ±2 %.
   double sigmas(int error) const;
-  /// A message such as "inconsistent: plan, its distances are too long by 9 standard deviations"; nothing if
-  /// all is consistent. The gyro comes first and the plan last, because the evidence against the plan depends
-  /// on the others.
+  /// Returns a message such as "inconsistent: plan, its distances are too long by 9 standard deviations", or
+  /// nothing if all is consistent. The gyro comes first and the plan last, because the evidence against the
+  /// plan depends on the others.
   std::optional<std::string> suspect() const;
 
  private:

@@ -31,12 +31,12 @@ RobotMatrix impulse_covariance(const Matrix43d& dq_dw, double dt, double sigma_V
 }
 
 /// Unplanned swaying is a damped oscillation of the displacement d from the planned position, driven by
-/// noise: u⁺ = e^(−dt/τ) u − ω² dt d, d⁺ = d + dt u⁺. The standard deviation of u is σ; that of d is about
+/// noise: u⁺ = e^(−dt/τ) u − ω² dt d, d⁺ = d + dt u⁺. The standard deviation of u is σ, and of d about
 /// σ/ω.
 void add_swaying(double dt, const Options::PlanVelocity& options, Prediction& prediction) {
   const double decay = std::exp(-dt / kSwayTime_s);
   const double spring = square(2 * std::numbers::pi / options.sway_period_s) * dt;
-  Eigen::Matrix2d F;  // of (u, d)
+  Eigen::Matrix2d F;  // transition of (u, d)
   F << decay, -spring, dt * decay, 1 - dt * spring;
   const Eigen::Vector2d G(1, dt);
   const Eigen::Matrix2d Q = (1 - decay * decay) * G * G.transpose();

@@ -8,14 +8,14 @@ namespace slam {
 /// The mean state of a robot at rest with its camera at X_WC; all other parameters are 0.
 RobotVector initial_mean(const Eigen::Isometry3d& X_WC);
 
-/// The options with the noises of the commanded velocity in place of those of the planned velocity.
+/// Returns the options with the noises of the commanded velocity instead of the planned velocity's.
 Options with_command(Options options);
-/// The options with the noises of leg odometry in place of those of the planned velocity, if leg odometry is
-/// enabled.
+/// Returns the options with the noises of leg odometry, if it is enabled, instead of the planned
+/// velocity's.
 Options with_leg_odometry(Options options);
 
-/// The options without a plan: the robot may start in motion and only near the nominal pose, and the height
-/// from leg odometry drifts from step to step.
+/// Returns the options without a plan: the robot may start in motion and anywhere near the nominal pose,
+/// and the height from leg odometry drifts from step to step.
 Options without_plan(Options options);
 
 /// Mean and covariance of a robot at rest with its camera near X_WC. The covariance is diagonal except for

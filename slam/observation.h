@@ -22,13 +22,13 @@ inline constexpr double kGravity = 9.81;
 /// The standard deviations of the gyro and accelerometer options refer to readings of this period, s.
 inline constexpr double kReadingPeriod_s = 0.005;
 
-/// One inertial reading: the mean over (begin, end]. Successive readings adjoin, so that a gap is visible. A
-/// camera frame splits the 200 Hz reading in which it falls. Axes: G, the chest IMU.
+/// One inertial reading: the mean over (begin, end]. Successive readings are contiguous, so that a gap is
+/// visible. A camera frame splits the 200 Hz reading during which it is taken. Axes: G, the chest IMU.
 struct InertialSample {
   Stamp begin{0};
   Stamp end{0};
   Eigen::Vector3d value =
-      Eigen::Vector3d::Zero();  ///< gyro: rad/s; accelerometer: specific force, m/s² (+g upwards at rest)
+      Eigen::Vector3d::Zero();  ///< gyro: rad/s; accelerometer: specific force, m/s² (+g upward at rest)
 };
 
 /// Which feet are on the ground according to the walking plan.
@@ -43,8 +43,8 @@ struct LegMotion {
   std::optional<Eigen::Isometry3d> X_CG = {};      ///< chest IMU from the encoders; nothing: as calibrated
 };
 
-/// The camera's motion at the time of the frame as the pattern generator plans it, in the plan's own world P,
-/// which equals W at the start and drifts from it as the feet slip. X_PC maps points from C to P. v_PC_C,
+/// The camera's motion at the time of the frame as planned by the pattern generator, in the plan's own world
+/// P, which equals W at the start and drifts from it as the feet slip. X_PC maps points from C to P. v_PC_C,
 /// w_PC_C: planned linear (m/s) and angular (rad/s) velocity of the camera in P, expressed in C.
 struct PlannedMotion {
   Eigen::Isometry3d X_PC = Eigen::Isometry3d::Identity();
@@ -65,19 +65,19 @@ struct CommandedVelocity {
 /// A point that a lidar measured, in the lidar's frame at the time of the point.
 struct LidarPoint {
   float x_m = 0, y_m = 0, z_m = 0;
-  float intensity = 0;         ///< 0-1: share of the light that the surface returns
+  float intensity = 0;         ///< 0-1: fraction of the light that the surface returns
   std::int32_t offset_ns = 0;  ///< time since the stamp of the sweep
 };
 
-/// A reading of one further sensor of the rig: an image, a sweep or an inertial reading. The filter uses only
-/// an aligned depth image (Calibration::depth).
+/// A reading of one additional sensor of the rig: an image, a sweep or an inertial reading. The filter uses
+/// only an aligned depth image (Calibration::depth).
 struct RigReading {
   int sensor = 0;  ///< index in the list of the rig's sensors
-  Stamp t{0};  ///< of an image: middle of its exposure; of a sweep: its start; of an IMU: end of the interval
-  cv::Mat image;  ///< 8-bit gray (CV_8UC1), RGB (CV_8UC3), or depth along the optical axis, mm (CV_16UC1, 0:
-                  ///< none)
+  Stamp t{0};      ///< image: middle of its exposure; sweep: its start; IMU: end of the interval
+  /// 8-bit gray (CV_8UC1), RGB (CV_8UC3), or depth along the optical axis in mm (CV_16UC1; 0: none).
+  cv::Mat image;
   std::vector<LidarPoint> points;
-  Stamp begin{0};                                           ///< of an IMU: start of the interval
+  Stamp begin{0};                                           ///< IMU: start of the interval
   Eigen::Vector3d gyro = Eigen::Vector3d::Zero();           ///< rad/s, mean over the interval
   Eigen::Vector3d accelerometer = Eigen::Vector3d::Zero();  ///< specific force, m/s², mean over the interval
 };
@@ -99,13 +99,14 @@ struct BodyReading {
 struct Observation {
   Stamp t{0};
   cv::Mat image;  ///< 8-bit gray (CV_8UC1) of the camera's size; empty if the frame is lost
-  std::vector<InertialSample> gyro;           ///< readings since the previous frame, in order of time
-  std::vector<InertialSample> accelerometer;  ///< readings since the previous frame, in order of time
+  std::vector<InertialSample> gyro;           ///< readings since the previous frame, in chronological order
+  std::vector<InertialSample> accelerometer;  ///< readings since the previous frame, in chronological order
   std::optional<PlannedMotion> plan;
   std::optional<LegMotion> legs;
   std::optional<CommandedVelocity> command;  ///< the newest
-  std::vector<RigReading> rig;    ///< completed since the previous frame, in order of time for each sensor
-  std::vector<BodyReading> body;  ///< at or after the previous frame, before this one; in order of time
+  /// Completed since the previous frame, in chronological order for each sensor.
+  std::vector<RigReading> rig;
+  std::vector<BodyReading> body;  ///< at or after the previous frame, before this one; in chronological order
 };
 
 }  // namespace slam

@@ -47,14 +47,14 @@ struct AlignedDepth {
   double sigma_inverse_1_m = 0;
 };
 
-/// The mounting of the sensors, which the filter knows as on a real robot.
+/// The mounting of the sensors, known to the filter as on a real robot.
 struct Calibration {
   CameraIntrinsics camera;
   Eigen::Isometry3d X_CG = Eigen::Isometry3d::Identity();  ///< chest IMU in the camera's frame
   std::optional<AlignedDepth> depth = {};
 };
 
-/// The axes along which the planned velocity is measured: the robot's or those of the plan's world.
+/// The axes along which the planned velocity is measured: the robot's or the plan's world's.
 enum class VelocityAxes { robot, plan };
 inline constexpr std::array<std::string_view, 2> kVelocityAxes{"robot", "plan"};
 
@@ -98,7 +98,7 @@ struct Options {
     double sigma_rad_s = 0.01;
     double sigma_bias_rad_s = 0.01, sigma_bias_walk_rad_s2 = 0;
     bool drives_motion = true;
-    /// Of the head's rate relative to the chest, if drives_motion.
+    /// Standard deviation of the head's rate relative to the chest, if drives_motion.
     static constexpr double sigma_head_rad_s = 0.003;
     static void keys(auto&& key) {
       value<&Gyro::enabled>(key, "whether the filter uses the gyro");
@@ -117,7 +117,7 @@ struct Options {
     bool enabled = true;
     double sigma_m_s2 = 0.05;
     double sigma_bias_m_s2 = 0.015, sigma_bias_walk_m_s3 = 0.01;
-    /// Of the head's acceleration relative to the chest in a frame.
+    /// Standard deviation of the head's acceleration relative to the chest in a frame.
     static constexpr double sigma_head_m_s2 = 0.03;
     static void keys(auto&& key) {
       value<&Accelerometer::enabled>(key, "whether the motion model uses the accelerometer");
@@ -141,8 +141,7 @@ struct Options {
       choice<&PlanVelocity::axes>(key, kVelocityAxes, "axes of the planned velocity");
       value<&PlanVelocity::pivots_on_foot>(
           key, "whether unplanned rotation is assumed to be about the support foot");
-      number<&PlanVelocity::sigma_m_s>(key, 1e-9, 1e6,
-                                       "standard deviation of the planned velocity of a frame");
+      number<&PlanVelocity::sigma_m_s>(key, 1e-9, 1e6, "standard deviation of a frame's planned velocity");
       number<&PlanVelocity::sigma_stride>(
           key, 0, 1e3, "standard deviation of a stride's relative error in both directions; 0: none");
       number<&PlanVelocity::sigma_sway_m_s>(key, 0, 1e3, "standard deviation of the unplanned sway velocity");
@@ -153,8 +152,9 @@ struct Options {
   } plan_velocity;
 
   /// Leg odometry, if there is any, replaces the planned velocity along the robot's axes. These noises then
-  /// replace those of plan_velocity: leg odometry measures most of the unplanned swaying and of the stride
-  /// error. A sole that tilts on its pads turns about a point that is known only to within centimeters.
+  /// replace the noises of plan_velocity: leg odometry measures most of the unplanned swaying and of the
+  /// stride error. A sole that tilts on its pads turns about a point that is known only to within
+  /// centimeters.
   struct LegOdometry {
     bool enabled = true;
     double sigma_position_m = 0.0001, sigma_m_s = 0.001, sigma_stride = 0.003, sigma_sway_m_s = 0.003;
@@ -168,8 +168,8 @@ struct Options {
           key, 1e-9, 1e6, "standard deviation of a frame's velocity in addition to the positions' errors");
       number<&LegOdometry::sigma_stride>(
           key, 0, 1e3, "standard deviation of a stride's relative error in both directions");
-      number<&LegOdometry::sigma_sway_m_s>(key, 0, 1e3,
-                                           "standard deviation of the sway velocity that it misses");
+      number<&LegOdometry::sigma_sway_m_s>(
+          key, 0, 1e3, "standard deviation of the sway velocity that leg odometry does not measure");
       number<&LegOdometry::sigma_sway_scale>(
           key, 0, 1e3, "standard deviation of the relative error of the sway, ahead and to the side");
       number<&LegOdometry::sigma_pivot_m>(
@@ -178,7 +178,7 @@ struct Options {
   } leg_odometry;
 
   /// The commanded velocity, which a robot follows with a lag. It is used while there is neither a plan nor
-  /// leg odometry, with these noises in place of those of plan_velocity; the commanded turn is not used.
+  /// leg odometry, with these noises instead of the noises of plan_velocity; the commanded turn is not used.
   struct Command {
     bool enabled = true;
     double lag_s = 0.3, sigma_m_s = 0.1, sigma_stride = 0.1, sigma_sway_m_s = 0.25;
@@ -186,7 +186,7 @@ struct Options {
       value<&Command::enabled>(
           key, "whether the filter uses the commanded velocity when there is no plan or leg odometry");
       number<&Command::lag_s>(key, 1e-3, 1e3, "time constant with which the robot follows a command");
-      number<&Command::sigma_m_s>(key, 1e-9, 1e6, "standard deviation of the velocity of a frame");
+      number<&Command::sigma_m_s>(key, 1e-9, 1e6, "standard deviation of a frame's commanded velocity");
       number<&Command::sigma_stride>(
           key, 0, 1e3, "standard deviation of the commanded velocity's relative error in both directions");
       number<&Command::sigma_sway_m_s>(key, 0, 1e3, "standard deviation of the sway velocity");
@@ -224,7 +224,7 @@ struct Options {
     static void keys(auto&& key) {
       value<&Vision::enabled>(key, "whether the filter uses the camera");
       number<&Vision::sigma_px>(
-          key, 0.01, 100, "standard deviation of a match at the image center; twice that at the corner");
+          key, 0.01, 100, "standard deviation of a match at the image center; it doubles toward the corners");
       number<&Vision::sigma_first_px>(key, 0.001, 100, "standard deviation of a landmark's first pixel");
       number<&Vision::viewpoint_sigma_px>(
           key, 0, 100, "shift of a patch's center after the camera has moved by the patch's distance");
@@ -255,7 +255,7 @@ struct Options {
     }
   } tracking;
 
-  struct Bounds {  ///< on the cost of a frame, whatever the other options request
+  struct Bounds {  ///< bounds on the cost of a frame, regardless of the other options
     int landmarks = 300, measured = 100;
     static void keys(auto&& key) {
       number<&Bounds::landmarks>(key, 1, 1000, "maximum number of landmarks in the map");
@@ -268,7 +268,7 @@ struct Options {
     double inverse_1_m = 0.3, sigma_inverse_1_m = 0.3;
     double linearity = 0.05;
 
-    struct Particles {  ///< Davison et al. 2007 use 100 from 0.5 to 5 m, for things near a hand-held camera
+    struct Particles {  ///< Davison et al. 2007 use 100 from 0.5 to 5 m, for objects near a hand-held camera
       int count = 100;
       double nearest_m = 0.5, furthest_m = 12;
       double converged = 0.3;

@@ -10,8 +10,8 @@ namespace {
 constexpr double kLongestGap_s = 0.001;
 constexpr double kStanding = 1e-3;        // m/s and rad/s, for a plan
 constexpr double kStandingByLegs = 0.02;  // for leg odometry, above the encoders' noise
-// Difference between plan and leg odometry after two steps: the robot sways, and lands earlier or later than
-// planned.
+// Standard deviation of the difference between plan and leg odometry after two steps: the robot sways, and
+// lands earlier or later than planned.
 constexpr double kTwoStepsSigma_m = 0.005;
 
 bool covered(const std::vector<InertialSample>& samples, Stamp from, Stamp to) {
@@ -72,8 +72,8 @@ void add_pivoting(const RobotVector& x, const PlannedVelocity& planned, Measurem
   m.H_robot.middleCols(kRate, 3) = -R_WC.transpose() * horizontal * R_WC * cross_matrix(planned.p_CF);
 }
 
-/// The horizontal motion of the camera between two poses, along its heading at the first pose and to the left
-/// of it.
+/// The horizontal motion of the camera between two poses, along and to the left of its heading at the first
+/// pose.
 Eigen::Vector2d horizontal_motion(const Eigen::Isometry3d& from, const Eigen::Isometry3d& to) {
   const Eigen::Vector2d ahead = from.linear().col(2).head<2>().normalized();
   const Eigen::Vector2d motion = (to.translation() - from.translation()).head<2>();
@@ -157,11 +157,11 @@ std::optional<VelocityIncrement> velocity_increment(const InertialInterval& earl
   return increment;
 }
 
-/// Compares the planned motion over two steps with that from leg odometry. Two steps are compared because the
-/// robot sways more than planned within a step and as it starts to walk. Two steps that differ from the two
-/// before, or the first two after standing, count less, since a small delay changes them more. At every
-/// second landing, returns the evidence for the scale of the planned distances since the landing before last.
-/// Starts anew when the robot stands or leg odometry is missing.
+/// Compares the planned motion over two steps with the motion from leg odometry. Two steps are compared
+/// because the robot sways more than planned within a step and as it starts to walk. Two steps that differ
+/// from the two before, or the first two after standing, have less weight, because a small delay changes them
+/// more. At every second landing, returns the evidence for the scale of the planned distances since the
+/// landing before last. Starts over when the robot stands or leg odometry is missing.
 SystematicEvidence PlanHistory::compare_two_steps(const Known& now, bool landed, bool standing) {
   if (!now.legs || standing) start_.reset(), planned_m_.reset();
   if (!now.legs || standing || !landed || (start_ && ++landings_ < 2)) return {};

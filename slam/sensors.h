@@ -21,10 +21,10 @@ struct InertialInterval {
   Eigen::Isometry3d X_CG_from = Eigen::Isometry3d::Identity(), X_CG_to = X_CG_from;
 };
 
-/// Log(R_CG,from Π Exp(w_i dt_i) R_GC,to)/Δt over the gyro readings. The standard deviation is that of one
-/// reading, reduced by averaging. A part of the interval without readings increases it by the change of rate
-/// that the motion model allows. Returns nothing if less than half of the interval is covered. With
-/// GyroReadings::last, the result is the last reading.
+/// Log(R_CG,from Π Exp(w_i dt_i) R_GC,to)/Δt over the gyro readings. The standard deviation is a single
+/// reading's, reduced by averaging. If readings cover only a part of the interval, the rate's change in
+/// the rest, as assumed by the motion model, increases it. Returns nothing if less than half of the interval
+/// is covered. With GyroReadings::last, the result is the last reading.
 std::optional<MeanRate> mean_rate(const InertialInterval& interval, const Options& options);
 
 /// The measurement h = ω + bias of the camera's rate (Stasse et al. 2006, section IV-C; Davison et al. 2007);
@@ -56,19 +56,21 @@ struct PlannedVelocity {
   /// The velocity without the swaying of single steps, m/s in C. The stride error is relative to it.
   Eigen::Vector3d steady_C = Eigen::Vector3d::Zero();
   double sigma_m_s = 0;      ///< standard deviation of the velocity's error per axis
-  double sigma_pivot_m = 0;  ///< of p_CF; multiplied by the rotation in excess of `rate`
+  double sigma_pivot_m = 0;  ///< standard deviation of p_CF; multiplied by the rotation in excess of `rate`
   /// If not 0, the velocity is the difference of two positions with the errors kLegError and
   /// kPreviousLegError, divided by this time between them.
   double between_positions_s = 0;
 };
 
-/// What the robot knows of its motion over one frame interval: at least one of plan, legs and command.
+/// The motion of the robot over one frame interval as known to the robot: at least one of plan, legs and
+/// command.
 struct PlannedInterval {
   std::optional<PlannedVelocity> plan;
   bool standing = false;  ///< the plan does not move; without a plan, leg odometry does not
   bool steady = false;    ///< it has moved for the duration of two steps, so the steady velocity is known
   std::optional<PlannedVelocity> legs = {};  ///< replaces the plan if the filter uses leg odometry
-  /// The commanded velocity as the base follows it, ahead and to the left, m/s; only without the other two.
+  /// The commanded velocity, with the lag of the base, ahead and to the left, m/s; only without the other
+  /// two.
   std::optional<Eigen::Vector2d> command = {};
   SystematicEvidence plan_scale = {};  ///< from comparing two steps with leg odometry, at their end
 };
@@ -79,7 +81,7 @@ class PlanHistory {
   /// The motion since the previous frame, dt_s ago. Returns nothing if neither plan nor leg odometry is
   /// available at both frames and no velocity is commanded.
   std::optional<PlannedInterval> advance(const Observation& observation, double dt_s, const Options& options);
-  /// True as long as every planned motion was that of a standing robot.
+  /// True if there is a plan and it has not moved yet.
   bool at_rest() const { return previous_.plan && moved_s_ == 0; }
 
  private:
@@ -95,16 +97,16 @@ class PlanHistory {
   std::optional<Eigen::Vector2d> planned_m_;  // planned motion over the previous two steps
   double moved_s_ = 0;
   Eigen::Vector3d steady_C_ = Eigen::Vector3d::Zero();      // low-pass filtered velocity, m/s in C
-  Eigen::Vector2d followed_m_s_ = Eigen::Vector2d::Zero();  // command as the base follows it
+  Eigen::Vector2d followed_m_s_ = Eigen::Vector2d::Zero();  // command with the lag of the base
 };
 
 /// The measurement h = R(q)ᵀ v + e in the robot's axes, or h = v + R(q) e in the plan's (Stasse et al. 2006,
 /// section IV-B). The error e is the sum of kSwayVelocity, the stride error times the steady velocity,
 /// kSwayScale times the rest of the velocity, and the change of kLegError divided by the time. Beyond the
-/// paper, rotation that the plan does not contain, as when the robot tilts on its compliant ankles, is taken
-/// to be about the support foot (robot's axes only): the camera also moves by the horizontal part of p_CF ×
-/// (ω − ω_plan). The vertical part is left out because it must not accumulate from step to step: the next
-/// foot lands on the same floor. scale: the systematic error of the velocity's source, kPlanScale or
+/// paper, rotation that the plan does not contain, as when the robot tilts on its compliant ankles, is
+/// assumed to be about the support foot (robot's axes only): the camera also moves by the horizontal part of
+/// p_CF × (ω − ω_plan). The vertical part is left out because it must not accumulate from step to step: the
+/// next foot lands on the same floor. scale: the systematic error of the velocity's source, kPlanScale or
 /// kLegScale.
 Measurement measure_velocity(const RobotVector& x, const PlannedVelocity& planned,
                              const Options::PlanVelocity& options, int scale = kPlanScale);

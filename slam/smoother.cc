@@ -58,7 +58,7 @@ void Smoother::put(const Eigen::Ref<const Eigen::MatrixXd>& M) {
   Eigen::Map<Eigen::MatrixXf>(step_.data() + at, M.rows(), M.cols()) = M.cast<float>();
 }
 
-/// Puts numbers so that they are read in this order.
+/// Writes numbers so that they are read in this order.
 void Smoother::put(std::initializer_list<Eigen::Index> numbers) {
   for (auto number = std::rbegin(numbers); number != std::rend(numbers); ++number)
     step_.push_back(static_cast<float>(*number));

@@ -27,7 +27,7 @@ class Smoother {
   Smoother();
 
   // The changes that Kalman makes to the state, in their order.
-  /// The J.cols() parameters starting at `at` became J.rows() others, with Jacobian J; those after them
+  /// The J.cols() parameters starting at `at` became J.rows() others, with Jacobian J; later parameters
   /// moved.
   void change(int at, const Eigen::Ref<const Eigen::MatrixXd>& J);
   /// J.rows() parameters were added at the end, `at`. J: their derivative with respect to the first J.cols()
@@ -46,7 +46,7 @@ class Smoother {
   struct Pose {
     Stamp t{0};
     Eigen::Matrix<double, 7, 1> x;   // position and orientation
-    std::size_t at = 0, values = 0;  // of its step's values, in the file
+    std::size_t at = 0, values = 0;  // start and number of its step's values in the file
   };
   struct Close {
     void operator()(std::FILE* file) const { std::fclose(file); }
@@ -56,7 +56,7 @@ class Smoother {
 
   std::unique_ptr<std::FILE, Close> file_;
   bool written_;
-  int size_ = 0;             // of the state after the last step
+  int size_ = 0;             // size of the state after the last step
   std::vector<float> step_;  // the changes since the end of the last step
   std::vector<Pose> poses_;
 };

@@ -25,9 +25,9 @@ inline constexpr int kPreviousLegError = 33;  ///< the same in the previous fram
 inline constexpr int kRobot = 36;
 
 // Systematic errors that the innovations reveal (monitors.h), all relative.
-inline constexpr int kPlanScale = 0;       ///< of the planned distances
-inline constexpr int kLensDistortion = 1;  ///< of the lens distortion in the calibration
-inline constexpr int kLegScale = 2;        ///< of the distances from leg odometry
+inline constexpr int kPlanScale = 0;       ///< error of the planned distances
+inline constexpr int kLensDistortion = 1;  ///< error of the lens distortion in the calibration
+inline constexpr int kLegScale = 2;        ///< error of the distances from leg odometry
 inline constexpr int kSystematicErrors = 3;
 
 using RobotVector = Eigen::Matrix<double, kRobot, 1>;
@@ -43,7 +43,7 @@ using ParameterJacobian = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 
 using Sensitivity = Eigen::Matrix<double, Eigen::Dynamic, kSystematicErrors>;
 
 /// Evidence of a systematic error δ in innovations ν: with u = ∂ν/∂δ, the sums of uᵀS⁻¹ν and of uᵀS⁻¹u. The
-/// mean of the first is δ times the second, and its variance is the second.
+/// first sum has a mean of δ times the second, and the second as its variance.
 struct SystematicEvidence {
   double score = 0, information = 0;
 };
@@ -54,7 +54,7 @@ struct RobotState {
   RobotMatrix P;
 };
 
-/// Mean and covariance of robot and landmarks. The storage is larger than needed, so that it seldom grows:
+/// Mean and covariance of robot and landmarks. The storage is larger than needed, so that it rarely grows:
 /// the first `size` rows and columns are in use. Only the lower triangle of the covariance is kept; the rest
 /// is undefined. null_yaw is the change of the state when the whole world turns about the vertical, which no
 /// measurement can observe. sensitivity is the derivative of the mean with respect to the systematic errors,

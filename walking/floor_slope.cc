@@ -6,7 +6,7 @@ namespace walking {
 namespace {
 
 constexpr double kLag_s = 0.5;      // slower than a sole that rocks on its edge
-constexpr double kLoaded = 0.3;     // of the weight; a sole with more load lies flat on the floor
+constexpr double kLoaded = 0.3;     // fraction of the weight; a sole with more load lies flat on the floor
 constexpr double kSteepest = 0.25;  // limit in case of faulty sensors
 
 }  // namespace

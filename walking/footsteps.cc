@@ -8,7 +8,7 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr double kNegligible = 1e-9;  // of a step; a remainder shorter than this is a rounding error
+constexpr double kNegligible = 1e-9;  // fraction of a step; a shorter remainder is a rounding error
 
 Vector2d rotated(double yaw, const Vector2d& v) { return Eigen::Rotation2Dd(yaw) * v; }
 

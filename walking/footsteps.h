@@ -11,7 +11,7 @@ namespace walking {
 /// A walk of more than kLongestWalk_s.
 struct TooLong : std::invalid_argument {
   TooLong(int command_, const std::string& why) : std::invalid_argument(why), command(command_) {}
-  int command;  ///< index in WalkOptions::commands of the one that makes it too long
+  int command;  ///< index in WalkOptions::commands of the command that makes it too long
 };
 
 /// The pose of one sole on the ground, or of the pair: the point below the ankle (m) and the heading (rad,
@@ -21,7 +21,7 @@ struct FootPose {
   double yaw = 0;
 };
 
-/// One foot landing at its place.
+/// The landing of one foot.
 struct Footstep {
   Side side;
   FootPose pose;
@@ -35,7 +35,7 @@ struct Stance {
   FootPose& of(Side side) { return side == Side::left ? left : right; }
 };
 
-/// `local`, which is given relative to `frame`, in the frame in which `frame` itself is given.
+/// Returns `local`, given relative to `frame`, in the frame in which `frame` itself is given.
 FootPose operator*(const FootPose& frame, const FootPose& local);
 
 /// The pose that undoes `pose`: inverse(pose) * pose is the identity.
@@ -46,14 +46,14 @@ Side other(Side side);
 /// The feet together around `center`, spacing_m apart, with its heading.
 Stance feet_together(const FootPose& center, double spacing_m);
 
-/// Halfway between feet that are together.
+/// The midpoint between feet that are together.
 FootPose center_of(const Stance& stance);
 
 /// Returns the landings of `command` in order, from feet together around `start` to feet together at the
-/// command's end. Stand and repeat have none. Throws std::invalid_argument that says what is wrong with the
+/// command's end. Stand and repeat have none. Throws std::invalid_argument that describes the error in the
 /// command.
 ///
-/// `step_length_m` is how far the center of the stance advances per step (per pair of steps if the feet go
+/// `step_length_m` is the advance of the stance's center per step (per pair of steps if the feet move
 /// sideways). There are floor(distance / step length) whole steps, one for the remainder, and a closing step
 /// (Stasse et al. 2006, section II; the step stack of the JRL pattern generator). Only go_to depends on P: it
 /// turns toward its goal, walks straight to it, and turns to the final heading.
@@ -62,8 +62,8 @@ std::vector<Footstep> footsteps(const Robot& robot, const Command& command, cons
 
 /// Returns how far a landing lies outside the area of steps that are known to work, m; 0 inside. As seen from
 /// the stance foot, the outer corners of that area are at (0, 1), (±5/7, 3/4) and (±1, 1/2) of the robot's
-/// reach ahead and aside (Herdt et al. 2010, as in jrl-walkgen), less a margin of 0.04 m. On the inside, the
-/// soles stay 0.01 m apart.
+/// reach ahead and aside (Herdt et al. 2010, as in jrl-walkgen), minus a margin of 0.04 m. On the inside,
+/// the soles stay 0.01 m apart.
 double distance_outside(const Robot& robot, const FootPose& standing, const Footstep& landing);
 
 }  // namespace walking

@@ -15,11 +15,11 @@ struct BodySolution {
   JointVector q;
   bool left_reached = true, right_reached = true;
 };
-/// start: the leg angles a moment before.
+/// start: the leg angles a moment earlier.
 BodySolution inverse_kinematics(const Robot& robot, const Posture& posture, const JointVector& start);
 
-/// Why the legs cannot take this posture (such as "the left foot is out of the leg's reach"); nothing if they
-/// can.
+/// Returns why the legs cannot take this posture (such as "the left foot is out of the leg's reach"), or
+/// nothing if they can.
 std::optional<std::string> leg_obstacle(const Robot& robot, const BodySolution& body);
 
 /// The pose of every link.
@@ -44,7 +44,7 @@ struct BodyMomentum {
                   angular = Eigen::Vector3d::Zero();
 };
 
-/// A model of the robot: the nominal one of the plan, never the varied or disturbed one that walks.
+/// The plan's nominal model of the robot, never the varied or disturbed robot that walks.
 using WholeBody = std::function<BodyMomentum(const BodyMotion&)>;
 
 /// The pose that the plan itself describes, by inverse kinematics.

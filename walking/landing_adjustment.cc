@@ -11,8 +11,8 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr double kEarly = 0.6;        // of the swing; a foot that is loaded after that has touched down
-constexpr double kContact = 0.15;     // of the weight; a foot with more load is in contact
+constexpr double kEarly = 0.6;     // fraction of the swing; a foot that is loaded after that has touched down
+constexpr double kContact = 0.15;  // fraction of the weight; a foot with more load is in contact
 constexpr double kSettled_s = 0.02;   // before touch-down; by then the foothold is in its place
 constexpr double kNegligible = 1e-3;  // m, outside the area of steps
 
@@ -48,7 +48,7 @@ Reference LandingAdjustment::adjust(const Reference& planned, const StabilizerSt
   return shifted(planned);
 }
 
-/// The desired shift of the landing relative to that of the frame, in P.
+/// The desired shift of the landing relative to the shift of the frame, in P.
 Vector2d LandingAdjustment::wanted(const Reference& planned, const StabilizerState& state) const {
   const Reference::Swing& swing = planned.swing;
   const Eigen::Rotation2Dd heading(on_floor(swing.X_PS).yaw);

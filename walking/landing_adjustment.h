@@ -16,7 +16,7 @@ class LandingAdjustment {
   LandingAdjustment(const Robot& robot, const StabilizerOptions::LandingAdjustment& options);
 
   /// Returns the reference of this tick with the frame and feet shifted. Call it once for each tick of the
-  /// plan. state: that of the stabilizer at the previous tick.
+  /// plan. state: the stabilizer's at the previous tick.
   Reference adjust(const Reference& planned, const StabilizerState& state, const SensorReadings& readings);
 
   /// Returns a reference with the shifts of the last tick.
@@ -32,10 +32,10 @@ class LandingAdjustment {
   Robot robot_;
   StabilizerOptions::LandingAdjustment options_;
   double omega_;  // 1/s
-  // Shifts in P, m: of the plan's frame (with the start and end of its motion) and of both feet.
+  // Shifts of the plan's frame (now, and at the start and end of its motion) and of both feet, m in P.
   Eigen::Vector2d frame_ = Eigen::Vector2d::Zero(), from_ = frame_, to_ = frame_, left_ = frame_,
                   right_ = frame_;
-  double progress_ = 1;            // of the frame's motion, from 0 to 1
+  double progress_ = 1;            // completed part of the frame's motion, 0 to 1
   std::optional<Side> swung_;      // the foot in the air at the last tick
   bool has_touched_down_ = false;  // earlier than planned
 };

@@ -24,13 +24,13 @@ Eigen::Isometry3d flat(const Eigen::Isometry3d& X) {
   return on_floor;
 }
 
-/// How much of its remaining way to the floor a landed sole settles in one tick, as a fraction.
+/// Returns the fraction of its remaining distance to the floor that a landed sole settles in one tick.
 double settling() {
   static const double part = 1 - std::exp(-kPeriod / kSettling_s);
   return part;
 }
 
-/// How much of its way to the new rest position a damped spring moves in one tick, as a fraction.
+/// Returns the fraction of its distance to the new rest position that a damped spring moves in one tick.
 double yields(double lag_s) { return lag_s > 0 ? 1 - std::exp(-kPeriod / lag_s) : 1; }
 
 /// The pose of a landed sole one tick later.
@@ -69,7 +69,7 @@ Eigen::Isometry3d measured_sole_in_base(const Robot& robot, Side side, const Leg
     else
       moved += bush[i] * spring.axis;
   }
-  Eigen::Isometry3d deflection = Eigen::Isometry3d::Identity();  // of the sole
+  Eigen::Isometry3d deflection = Eigen::Isometry3d::Identity();  // deflection of the sole
   deflection.linear() = turned;
   deflection.translation() = ankle + moved - turned * ankle;
   return sole_in_base(robot, side, q) * deflection;
@@ -96,8 +96,8 @@ Eigen::Isometry3d LegOdometry::X_BS(Side side, const JointVector& q) const {
          floor_under_sole(leg, foot.pads);
 }
 
-// The gyro measures the turn of the waist, and the legs measure how each point of contact moves in it. The
-// mean of these points, weighted by the loads, stays at rest. Heights add up from foot to foot.
+// The gyro measures the turn of the waist, and the legs measure the motion of each point of contact relative
+// to it. The mean of these points, weighted by the loads, stays at rest. Heights add up from foot to foot.
 LegOdometry::Motion LegOdometry::turned(const JointVector& q, const Eigen::Vector3d& gyro,
                                         double dt_s) const {
   const Eigen::Vector3d turn_G = dt_s * gyro;

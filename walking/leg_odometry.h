@@ -1,21 +1,21 @@
-// Leg odometry: how the legs moved the waist, from encoders and ankle forces.
+// Leg odometry: computes the motion of the waist from encoders and ankle forces.
 #pragma once
 
 #include "walking/stabilizer.h"
 
 namespace walking {
 
-/// Returns the deflection (m or rad) of each spring of the ankle's bush under a constant wrench from the
-/// ground on the foot.
+/// Returns the deflection (m or rad) of each spring of the ankle's bushing under a constant wrench from
+/// the ground on the foot.
 std::vector<double> deflections(const Leg& leg, const Wrench& wrench);
 
 /// Returns the pose of the sole in the waist's axes from a leg's six encoders (rad) and the deflections of
-/// its bush.
+/// its bushing.
 Eigen::Isometry3d measured_sole_in_base(const Robot& robot, Side side, const LegVector& q,
                                         const std::vector<double>& bush);
 
 /// X_SF: the floor in the axes of a sole that tilts about its middle on its pads, which act as springs with
-/// damping. lagged: the wrench from the ground, low-pass filtered with leg.pad_lag_s, which to first order is
+/// damping. lagged: the wrench from the ground, low-pass filtered with leg.pad_lag_s, a first-order model of
 /// how the pads yield.
 Eigen::Isometry3d floor_under_sole(const Leg& leg, const Wrench& lagged);
 
@@ -26,8 +26,8 @@ enum class Floor { level, any };
 ///
 /// On a level floor, and if the stiffness of the pads is known, the whole sole that carries more load is
 /// assumed to be at rest. When the load shifts, the new sole is placed relative to the other one, so the
-/// waist never jumps and settles on the floor within tenths of a second. Otherwise the gyro measures how the
-/// waist turns, and the centers of pressure are assumed to be at rest.
+/// waist never jumps and settles on the floor within tenths of a second. Otherwise the gyro measures the
+/// rotation of the waist, and the centers of pressure are assumed to be at rest.
 class LegOdometry {
  public:
   /// X_OB: the pose of the waist at the first readings.
@@ -38,8 +38,8 @@ class LegOdometry {
         by_points_(floor == Floor::any || !robot.leg(Side::left).has_pads() ||
                    !robot.leg(Side::right).has_pads()) {}
 
-  /// Adds the readings of a tick; to be called at every tick. The sole with the greater load carries the
-  /// robot from then on.
+  /// Adds the readings of a tick; to be called at every tick. From then on, the sole with the greater
+  /// load carries the robot.
   void add(const SensorReadings& readings);
 
   /// The pose of the waist, and the position of the sole that carries the robot.
@@ -47,8 +47,8 @@ class LegOdometry {
     Eigen::Isometry3d X_OB = Eigen::Isometry3d::Identity();
     Eigen::Vector3d p_OS = Eigen::Vector3d::Zero();
   };
-  /// The motion according to the encoders dt_s after the last add(), with its wrenches and, for points, its
-  /// gyro.
+  /// Returns the motion according to the encoders dt_s after the last add(), whose wrenches and, for
+  /// points, gyro it uses.
   Motion motion(const JointVector& q, double dt_s = 0) const;
 
  private:

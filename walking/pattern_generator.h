@@ -12,12 +12,12 @@ class PatternGenerator {
  public:
   /// Throws std::invalid_argument that names the option or command if the walk cannot be planned (a foot out
   /// of reach, a leg joint beyond its limit). Durations are rounded to whole ticks. Without a model of the
-  /// whole body, the second preview stage is left out, and the plan is that of the cart-table.
+  /// whole body, the second preview stage is left out, and the plan is the cart-table's.
   PatternGenerator(const Robot& robot, const WalkOptions& options, const WholeBody& model = {});
 
   const Robot& robot() const { return robot_; }
 
-  /// The number of 5 ms ticks of the walk, including the standing at the start and end.
+  /// The number of 5 ms ticks of the walk, including the time spent standing at the start and end.
   std::size_t ticks() const { return timeline_.ticks(); }
 
   /// The next tick's reference; after the last tick, the last reference with zero velocities.

@@ -51,8 +51,7 @@ struct SteeringOptions {
                                               "largest correction of a footstep across the foot");
     degrees<&SteeringOptions::largest_turn_rad>(key, 0, 10, "largest correction of a footstep's heading");
     choice<&SteeringOptions::on_lost>(
-        key, kOnLost,
-        "what happens when the estimate stays lost: go_on (with the plan) or stop (on both feet)");
+        key, kOnLost, "action when the estimate stays lost: go_on (with the plan) or stop (on both feet)");
     number<&SteeringOptions::lost_s>(key, 0, 1e6, "time without an estimate after which it counts as lost");
     number<&SteeringOptions::tolerance_m>(
         key, 0, 10, "distance from the end of the path within which no steps are added");
@@ -67,8 +66,9 @@ inline constexpr std::chrono::milliseconds kTick{5};                            
 inline constexpr double kPeriod = std::chrono::duration<double>(kTick).count();  ///< the same, s
 inline constexpr double kGravity = 9.81;  ///< m/s², the value used for the published gains
 
-// Options have a function `keys` that passes name, range and meaning of each value to a visitor (keys.h), the
-// one source for reading with its checks, printing and help. kName: the name of a command in a scenario file.
+// Options have a function `keys` that passes name, range and meaning of each value to a visitor (keys.h). It
+// is the only source for reading, checking, printing and help. kName: the name of a command in a scenario
+// file.
 
 /// The longest walk, s: two one-hour commands.
 inline constexpr int kLongestWalk_s = 7200;
@@ -120,8 +120,8 @@ struct PerpendicularArc {
         "longest advance in one step if walk.step_length_m is longer; at 0.15 the robot may fall");
   }
 };
-/// A landing seen from the standing foot: its frame is turned first, then the foot is set down in the turned
-/// frame.
+/// A landing relative to the standing foot: the standing foot's frame is turned first, and the other foot
+/// is set down in it.
 struct Step {
   double forward_m = 0.0;
   double left_m = 0.0;  ///< never zero
@@ -173,8 +173,8 @@ struct Repeat {
   int times = 1;
 
   static void keys(auto&& key) {
-    number<&Repeat::last>(key, 1, 1000, "how many of the preceding commands are repeated");
-    number<&Repeat::times>(key, 1, 1000, "how many more times they are carried out");
+    number<&Repeat::last>(key, 1, 1000, "number of preceding commands to repeat");
+    number<&Repeat::times>(key, 1, 1000, "number of additional repetitions");
   }
 };
 using Command = std::variant<Stand, Straight, TangentArc, PerpendicularArc, Steps, Turn, GoTo, Repeat>;
@@ -256,7 +256,7 @@ struct Reference : Posture {
                   com_acceleration = Eigen::Vector3d::Zero();  ///< m, m/s, m/s² in P
   Eigen::Vector2d zmp = Eigen::Vector2d::Zero();               ///< the cart-table's ZMP, m in P
   Eigen::Vector2d zmp_reference = Eigen::Vector2d::Zero();     ///< the smoothed reference it follows
-  Eigen::Vector3d waist_velocity = Eigen::Vector3d::Zero();    ///< of the waist's origin, m/s in P
+  Eigen::Vector3d waist_velocity = Eigen::Vector3d::Zero();    ///< velocity of the waist's origin, m/s in P
   double waist_yaw_rate = 0;                                   ///< rad/s
   Support support = Support::both;
   int command = 0;  ///< index in WalkOptions::commands of the current command

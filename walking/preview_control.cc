@@ -48,7 +48,7 @@ Eigen::Matrix4d riccati(const ErrorSystem& system, const Eigen::Matrix4d& Q, dou
 
 PreviewGains preview_gains(const CartTable& cart, int horizon) {
   assert(horizon >= 1);
-  constexpr double kInput = 1e-6;  // weight of the squared change of the jerk; that of the ZMP error is 1
+  constexpr double kInput = 1e-6;  // weight of the squared change of the jerk; the ZMP error has weight 1
   const ErrorSystem system(cart);
   const Eigen::Matrix4d Q = Eigen::Vector4d::UnitX().asDiagonal();
   const Eigen::Matrix4d P = riccati(system, Q, kInput);
@@ -71,8 +71,8 @@ PreviewGains preview_gains(const CartTable& cart, int horizon) {
 PreviewControl::PreviewControl(const CartTable& cart, PreviewGains gains, const Eigen::Vector2d& position)
     : cart_(cart), gains_(std::move(gains)) {
   x_.row(0) = position;
-  // A finite preview adds up to less than the position gain. The error sum that standing here would have
-  // accumulated makes up for it, so that the walk is the same wherever it starts.
+  // The gains of a finite preview add up to less than the position gain. The error sum starts as if the
+  // robot had stood here for a long time, so that the walk is the same for any starting place.
   error_sum_ = -(gains_.state(0) + gains_.preview.sum()) / gains_.integral * position;
 }
 

@@ -93,7 +93,7 @@ class SecondPreview {
   PreviewWindow errors_;
   PreviewControl control_;
   std::deque<Reference> planned_;  // pushed but not popped
-  BodyPose pose_;                  // of the last reference pushed
+  BodyPose pose_;                  // pose at the last reference pushed
   BodyMomentum momentum_;          // half a tick before it
   int errors_pushed_ = 0;
 };

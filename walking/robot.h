@@ -1,4 +1,4 @@
-// A robot as the plan and stabilizer know it: read once from its model and its file, then never changed. Also
+// A robot as known to plan and stabilizer: read once from its model and its file, then never changed. Also
 // the kinematics of its legs.
 #pragma once
 
@@ -18,7 +18,7 @@ using JointVector = Eigen::VectorXd;
 /// Values for a leg's joints from hip to ankle; 0 for entries past its last joint.
 using LegVector = Eigen::Matrix<double, 6, 1>;
 
-/// A joint that turns. With all joints at zero, the axes of every link are those of the base.
+/// A joint that turns. With all joints at zero, the axes of every link equal the base's axes.
 struct Joint {
   std::string name;
   int parent = -1;                                   ///< the joint whose link carries this one; -1: the base
@@ -42,7 +42,8 @@ struct Leg {
   /// Sole in the link of the last joint: its point on the ground below the ankle, x ahead and z up.
   Eigen::Isometry3d X_FS = Eigen::Isometry3d::Identity();
   Eigen::Vector2d sole_min = Eigen::Vector2d::Zero(), sole_max = Eigen::Vector2d::Zero();  ///< outline, m
-  std::vector<Spring> bush;  ///< of the ankle, from the ankle down; empty: the sole is rigid
+  /// Springs of the ankle's bushing, from the ankle down; empty: the sole is rigid.
+  std::vector<Spring> bush;
   /// Stiffness of the sole's pads against tilt about its axes x and y, N·m/rad, and its lag; 0: unknown.
   Eigen::Vector2d pad_stiffness = Eigen::Vector2d::Zero();
   double pad_lag_s = 0;
@@ -65,9 +66,11 @@ struct StepLimits {
   double reach_ahead_m = 0.28, reach_aside_m = 0.4;
 
   static void keys(auto&& key) {
-    number<&StepLimits::aside_m>(key, 0.01, 1, "farthest that one foot moves to the side in a step");
-    number<&StepLimits::reach_ahead_m>(key, 0.01, 1, "farthest that a foot lands ahead of the other one");
-    number<&StepLimits::reach_aside_m>(key, 0.01, 1, "farthest that a foot lands beside the other one");
+    number<&StepLimits::aside_m>(key, 0.01, 1, "maximum distance that one foot moves to the side in a step");
+    number<&StepLimits::reach_ahead_m>(key, 0.01, 1,
+                                       "maximum distance that a foot lands ahead of the other one");
+    number<&StepLimits::reach_aside_m>(key, 0.01, 1,
+                                       "maximum distance that a foot lands to the side of the other one");
   }
 };
 
@@ -81,7 +84,7 @@ struct Robot {
   /// left and right walks mirror each other. The stabilizer handles the real offset.
   Eigen::Vector3d com = Eigen::Vector3d::Zero();
   int chest = -1;  ///< joint whose link carries the stabilizer's IMU; -1: the base
-  /// Axes of that IMU (forward, left, up) in those of its link.
+  /// Axes of that IMU (forward, left, up) in its link's axes.
   Eigen::Matrix3d R_link_imu = Eigen::Matrix3d::Identity();
   std::array<std::optional<Arm>, 2> arms = {};  ///< by Side
   StepLimits step = {};
@@ -95,11 +98,13 @@ struct Robot {
   double com_height() const { return base_height + com.z(); }
 };
 
-/// Sets what follows from the start posture. If the legs cannot stand side by side, throws
+/// Sets the quantities that follow from the start posture. If the legs cannot stand side by side, throws
 /// std::invalid_argument with one line that names the leg or the joint. A plan needs six joints per leg.
 void measure(Robot& robot);
 
+/// Returns the angles of a leg's joints, from hip to ankle, rad; zeros after its last joint.
 LegVector leg_angles(const Leg& leg, const JointVector& q);
+/// Sets the angles of a leg's joints in q, given from hip to ankle, rad.
 void set_leg_angles(const Leg& leg, const LegVector& angles, JointVector& q);
 
 /// X_BS: the pose of the sole in the base.
@@ -119,7 +124,7 @@ struct LegSolution {
 LegSolution leg_inverse_kinematics(const Robot& robot, Side side, const Eigen::Isometry3d& X_BS,
                                    const LegVector& start);
 
-/// Returns why a leg cannot take a solution; nothing if it can.
+/// Returns why a leg cannot take a solution, or nothing if it can.
 std::optional<std::string> leg_obstacle(const Robot& robot, Side side, const LegSolution& solution);
 
 }  // namespace walking

@@ -25,7 +25,7 @@ void Attitude::update(const Eigen::Vector3d& gyro, const Eigen::Vector3d& specif
 
 namespace {
 
-constexpr double kContact = 0.054;  // of the weight; a foot with less load is in the air
+constexpr double kContact = 0.054;  // fraction of the weight; a foot with less load is in the air
 
 // Time constants with which corrections decay, s: slower than a step while the corrections act, but faster
 // than the swing of a foot in the air, which has to land flat and at its planned height.
@@ -56,8 +56,8 @@ Stabilizer::Stabilizer(const Robot& robot, const StabilizerOptions& options)
       omega_(std::sqrt(kGravity / robot.com_height())),
       attitude_(Vector3d::UnitZ(), options.attitude) {}
 
-/// The measured share of the load on the left foot, 0 to 1; the planned share while neither foot is in
-/// contact.
+/// The measured fraction of the load on the left foot, 0 to 1; the planned fraction while neither foot
+/// is in contact.
 double Stabilizer::left_share(const Reference& reference, const SensorReadings& readings) const {
   const double left = std::max(0.0, readings.left.force.z()), right = std::max(0.0, readings.right.force.z());
   if (left + right > kContact * weight_) return left / (left + right);
@@ -153,7 +153,7 @@ void Stabilizer::ankle_admittance(const Reference& reference, const SensorReadin
   if (!o.enabled) return;
   const Vector2d left = reference.X_PL.translation().head<2>(),
                  right = reference.X_PR.translation().head<2>();
-  // The part of the desired ZMP that the loads do not produce becomes the same shift of pressure in both
+  // The part of the desired ZMP that the loads do not produce becomes an equal shift of pressure in both
   // soles.
   const Vector2d shift = state_.zmp_desired - (loads.left * left + loads.right * right) / weight_;
   const auto update = [&](Side side, Vector2d& ankle, const Eigen::Isometry3d& X_PS, const Wrench& wrench,

@@ -15,7 +15,7 @@ struct AttitudeOptions {
     value<&AttitudeOptions::enabled>(
         key,
         "whether the tilt of the waist is estimated from gyro and accelerometer; otherwise the waist "
-        "is taken to be upright");
+        "is assumed to be upright");
     number<&AttitudeOptions::accelerometer_gain_per_s>(
         key, 0, 1e6, "rate at which the estimated vertical is corrected toward the accelerometer's");
     number<&AttitudeOptions::bias_gain_per_s2>(key, 0, 1e6,
@@ -74,7 +74,7 @@ struct StabilizerOptions {
   struct Tracking {
     bool enabled = true;
     double gain_per_s = 3.0;
-    /// Of the low-pass filter on the velocity error of the center of mass.
+    /// Time constant of the low-pass filter on the velocity error of the center of mass.
     static constexpr double velocity_cutoff_hz = 6.0;
 
     static void keys(auto&& key) {
@@ -121,8 +121,8 @@ struct StabilizerOptions {
     }
   } force_difference;
 
-  /// A leg is lengthened by as much as its planned load compresses it, so that the other foot lands on time.
-  /// The stiffness is that of servos and ankle bush together.
+  /// A leg is lengthened by the compression under its planned load, so that the other foot lands on time.
+  /// The stiffness includes servos and ankle bushing.
   struct LegCompliance {
     bool enabled = true;
     double stiffness_n_m = 120e3;
@@ -238,11 +238,11 @@ class Stabilizer {
   StabilizerState state_;
   bool started_ = false;
   Eigen::Vector2d left_error_ = Eigen::Vector2d::Zero(),
-                  right_error_ = Eigen::Vector2d::Zero();  // of the center of mass over each sole
+                  right_error_ = Eigen::Vector2d::Zero();  // error of the center of mass over each sole
   Eigen::Vector2d left_ankle_ = Eigen::Vector2d::Zero(),
                   right_ankle_ = Eigen::Vector2d::Zero();  // roll, pitch, rad
-  Eigen::Vector2d compression_ = Eigen::Vector2d::Zero();  // of left and right leg, m
-  double foot_difference_ = 0;                             // left foot lower than the right one by this, m
+  Eigen::Vector2d compression_ = Eigen::Vector2d::Zero();  // compression of left and right leg, m
+  double foot_difference_ = 0;                             // height of the right foot above the left one, m
   Eigen::Vector2d trunk_ = Eigen::Vector2d::Zero();        // roll, pitch of the waist, rad
 };
 

@@ -6,14 +6,15 @@
 namespace walking {
 
 /// An estimate of the robot's place: its support sole as planned, in the plan's world P, and as estimated, in
-/// W. The yaw may be that of any axis of the robot, but must be of the same axis in both.
+/// W. The yaw may be of any axis of the robot, but must be of the same axis in both.
 struct PlaceEstimate {
   double t_s = 0;
   FootPose planned, estimated;
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< of `estimated`: x, y (m, axes of W), yaw (rad)
+  /// Covariance of `estimated`: x, y (m, axes of W), yaw (rad).
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
 };
 
-/// How one footstep was corrected.
+/// The correction of one footstep.
 struct StepCorrection {
   std::size_t step = 0;
   double decided_s = 0;  ///< time of the decision
@@ -23,10 +24,10 @@ struct StepCorrection {
   FootPose correction;   ///< the landing seen from the uncorrected one (ahead, aside; turn)
 };
 
-/// The desired path is that of the scenario's commands, in W. The plan lives in P, which stays continuous,
-/// and an estimate gives the drift of P in W. Each landing is moved toward the path at the last moment at
-/// which it can be changed. The correction is limited, so that a jump of the estimate does not make the walk
-/// jump.
+/// The desired path is the path of the scenario's commands, in W. The plan is expressed in P,
+/// which stays continuous, and an estimate gives the drift of P in W. Each landing is moved toward the path
+/// at the last moment at which it can be changed. The correction is limited, so that the walk does not follow
+/// a jump of the estimate at once.
 class Steering {
  public:
   /// plan: still at its first tick and uncorrected.
@@ -56,7 +57,7 @@ class Steering {
   SteeringOptions options_;
   std::vector<Footstep> desired_;  // in W
   FootPose X_PW_plan_;             // from the path to the plan: the corrections so far
-  FootPose X_WP_;                  // the newest estimate of the plan's world
+  FootPose X_WP_;                  // newest estimate of the pose of the plan's world
   std::optional<PlaceEstimate> newest_;
   int final_steps_ = 0;  // number of steps added at the end
   std::vector<StepCorrection> corrections_;

@@ -116,7 +116,8 @@ void Timeline::stand(int command, int ticks) {
   append(std::move(phase));
 }
 
-/// A double support in which the ZMP moves to the foot that stays, then a single support on that foot.
+/// A double support in which the ZMP moves to the foot that stays on the ground, then a single support on
+/// that foot.
 void Timeline::step(int command, const Footstep& step) {
   const Side carrying = other(step.side);
   Phase shift = next_phase(command, Support::both, double_support_ticks_);
@@ -218,7 +219,7 @@ FootPose on_floor(const Eigen::Isometry3d& X) {
 
 Eigen::Isometry3d swing_foot(const FootPose& from, const FootPose& to, double elapsed, double step_height_m,
                              SwingPolynomial polynomial) {
-  constexpr double kMargin = 0.05;  // of single support, with vertical motion at either end
+  constexpr double kMargin = 0.05;  // fraction of single support with vertical motion, at either end
   const double s = std::clamp((elapsed - kMargin) / (1 - 2 * kMargin), 0.0, 1.0);
   const double along = polynomial == SwingPolynomial::quintic ? quintic_blend(s) : cubic_blend(s);
   const double up = elapsed * (1 - elapsed);
@@ -238,7 +239,7 @@ ArmAngles arm_swing(const Robot& robot, Side side, double foot_ahead_m) {
   const auto [shoulder, elbow_at_start] = arm_at_start(robot, side);
   const double z = segment * (std::cos(shoulder) + std::cos(shoulder + elbow_at_start)),
                x_at_start = -segment * (std::sin(shoulder) + std::sin(shoulder + elbow_at_start));
-  // Half of what the straight arm reaches ahead at that height, per 0.2 m by which the foot is away.
+  // Half of the straight arm's forward reach at that height, per 0.2 m of distance of the foot.
   const double gain = 0.5 * std::sqrt(segment * segment - std::pow(z - segment, 2)) / 0.2;
   const double x = x_at_start - gain * foot_ahead_m;
   const double distance = std::min(std::hypot(x, z), 2 * segment);

@@ -15,7 +15,7 @@ inline constexpr int kSmoothingTicks = 10;
 struct Phase {
   int command = 0;  ///< index in WalkOptions::commands
   Support support = Support::both;
-  int ticks = 0;    ///< of kPeriod
+  int ticks = 0;    ///< number of ticks of kPeriod
   Stance from, to;  ///< the feet; only the swinging one differs
   double waist_yaw_from = 0, waist_yaw_to = 0;
   Eigen::Vector2d zmp_from = Eigen::Vector2d::Zero(), zmp_to = Eigen::Vector2d::Zero();
@@ -23,7 +23,8 @@ struct Phase {
   int zmp_ramp_start = 0;  ///< 1: the first sample of the phase has already moved
 };
 
-/// The whole walk as a sequence of phases, including the standing that the preview needs at both ends.
+/// The whole walk as a sequence of phases, including the time spent standing at both ends, which the preview
+/// needs.
 class Timeline {
  public:
   /// Starts with the feet together around `start`, in P. zmp_in_foot: the place of the ZMP under a support
@@ -36,19 +37,19 @@ class Timeline {
   const std::vector<Phase>& phases() const { return phases_; }
 
   std::size_t steps() const { return swings_.size(); }
-  /// Which foot a step sets down, and where.
+  /// The foot that a step sets down, and where.
   Footstep landing(std::size_t step) const;
   /// The first tick of a step's single support, and the first tick after it.
   std::size_t lift_off(std::size_t step) const { return begins_[swings_[step]]; }
   std::size_t touch_down(std::size_t step) const { return begins_[swings_[step] + 1]; }
-  /// The first tick of the standing that ends the walk.
+  /// The first tick of the final time spent standing.
   std::size_t final_standing() const { return begins_[phases_.size() - 1]; }
 
   /// Replaces the landings of all steps starting with `first`; there must be at least one unless first =
-  /// steps(). The standing between steps is kept.
+  /// steps(). Pauses between steps are kept.
   ///
   /// The walk ends after the last landing in `landings`. Additional landings are inserted before the final
-  /// standing, which is interrupted at tick `free` if first = steps().
+  /// pause, which is interrupted at tick `free` if first = steps().
   void replan(std::size_t first, const std::vector<Footstep>& landings, std::size_t free);
 
   /// Start and end of a lap, in ticks.
@@ -124,8 +125,8 @@ struct WaistYaw {
   double rate = 0;  ///< rad/s
 };
 
-/// A cubic from the heading at the start of the phase to that at its end, with `elapsed` from 0 to 1 (Stasse
-/// et al. 2006, section II: the waist turns in yaw only, on a third-order polynomial).
+/// A cubic from the heading at the start of the phase to the heading at its end, with `elapsed` from 0 to 1
+/// (Stasse et al. 2006, section II: the waist turns in yaw only, on a third-order polynomial).
 WaistYaw waist_yaw(const Phase& phase, double elapsed);
 
 /// Returns the angles of the arm on the side of a foot that is `foot_ahead_m` farther ahead than in the start

@@ -96,7 +96,7 @@ std::string link(const mjModel& model, int body, const std::string& name) {
   return fmt::format("  <link name=\"{}\">\n{}  </link>\n", name, text);
 }
 
-// A body's only hinge is a joint of the robot; the ankles' bushes are fixed.
+// A body's only hinge is a joint of the robot; the ankles' bushings are fixed.
 std::string joint(const mjModel& model, int body, const std::string& parent, const std::string& child) {
   const int first = model.body_jntadr[body];
   const bool hinge = model.body_jntnum[body] == 1 && model.jnt_type[first] == mjJNT_HINGE;

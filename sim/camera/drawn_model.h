@@ -26,7 +26,7 @@ struct DrawnPiece {
 std::vector<float> body_poses(const mjModel_& model, const mjData_& data,
                               const std::vector<std::string>& bodies);
 
-/// A robot in its room, in poses set by the caller: those that a recording's encoders and true waist give.
+/// A robot in its room, posed by the caller from a recording's encoder readings and true waist poses.
 class PosedRobot {
  public:
   /// Throws std::runtime_error if a model does not load.
@@ -36,11 +36,11 @@ class PosedRobot {
   const walking::Robot& robot() const { return robot_; }
   /// Returns the names of the bodies that move.
   const std::vector<std::string>& bodies() const { return bodies_; }
-  /// Returns the shapes to draw, including those of the robot's head.
+  /// Returns the shapes to draw, including the robot's head.
   const std::vector<DrawnPiece>& pieces() const { return pieces_; }
   /// Returns the RGB pictures, painted from a seed; sides are powers of two, at most largest_px.
   std::vector<cv::Mat3b> pictures(std::uint64_t seed, int largest_px) const;
-  /// Returns the body_poses() of its bodies. The ankles' bushes are at rest.
+  /// Returns the body_poses() of its bodies. The ankles' bushings are at rest.
   std::vector<float> poses(const walking::BodyPose& pose);
 
  private:
@@ -54,7 +54,7 @@ class PosedRobot {
 
 /// Returns the robot in the Unified Robot Description Format, for viewers of ROS messages: the body with a
 /// free joint as the link "waist", the bodies below it, their hinges with axes and limits (m, rad), and the
-/// drawn shapes. The ankles' bushes are at rest. URDF has no capsules or ellipsoids: capsules become
+/// drawn shapes. The ankles' bushings are at rest. URDF has no capsules or ellipsoids: capsules become
 /// cylinders with two spheres, ellipsoids become spheres of the same volume.
 std::string urdf(const mjModel_& model);
 

@@ -119,7 +119,7 @@ Renderer::Renderer(const cv::Size& size_px, Channels channels, const Renderer* s
   GL(glEnable)(GL_DEPTH_TEST);
   GL(glDepthFunc)(GL_LESS);
   GL(glEnable)(GL_CULL_FACE);
-  GL(glFrontFace)(GL_CW);  // OpenGL counts rows upwards
+  GL(glFrontFace)(GL_CW);  // OpenGL counts rows upward
 }
 
 Renderer::~Renderer() {

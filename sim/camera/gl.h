@@ -30,7 +30,7 @@ void* gl_function(const char* name);
 /// Channels of a picture: only brightness, as the head camera sees it (cheaper), or colors, for people.
 enum class Channels { gray = 1, rgb = 3 };
 
-/// A corner of a triangle. Where only gray is drawn, `light` is (brightness, unused, unused).
+/// A corner of a triangle. For gray pictures, `light` is (brightness, unused, unused).
 struct Vertex {
   Eigen::Vector3f p;
   Eigen::Vector2f uv;
@@ -38,7 +38,7 @@ struct Vertex {
 };
 
 /// An OSMesa context with a picture, its depth, and triangles from one vertex buffer. The nearer surface
-/// hides the farther one. Rows are counted downwards: a triangle's front is the side from which its corners
+/// hides the farther one. Rows are counted downward: a triangle's front is the side from which its corners
 /// appear counter-clockwise in a picture whose first row is on top. One core draws (LP_NUM_THREADS=0), so
 /// frames and their cost do not depend on the machine's load.
 class Renderer {
@@ -59,16 +59,16 @@ class Renderer {
   void set_vertices(std::size_t first, std::span<const Vertex> vertices);
   /// Clears the picture to black and its depth to infinity.
   void clear();
-  /// Sets the viewport of the next triangles, and the transformation of their points to clip coordinates.
+  /// Sets the viewport for the next triangles and the transformation of their points to clip coordinates.
   void set_view(const cv::Rect& viewport, const Eigen::Matrix4f& clip_from_points);
-  /// Draws triangles, three indices for each; texture 0: none. With alpha below 1, they are blended into what
-  /// was drawn before and leave its depth.
+  /// Draws triangles, three indices for each; texture 0: none. With alpha below 1, they are blended into the
+  /// existing picture and leave its depth unchanged.
   void draw(std::span<const std::uint32_t> indices, unsigned texture, float alpha = 1);
   /// Returns the picture: CV_8UC1 or CV_8UC3 (RGB).
   cv::Mat read() const;
   /// Returns the depth buffer: 0 at the near plane, 1 at the far plane and for pixels without a surface.
   cv::Mat1f read_depth() const;
-  /// Clears the picture to black. Whatever is visible of the triangles drawn before end_marks() becomes
+  /// Clears the picture to black. The visible parts of triangles drawn before end_marks() become
   /// white.
   void begin_marks();
   void end_marks();

@@ -15,8 +15,8 @@ double below_triangle(double x) {
   return x < 0 ? 0.5 * (1 + x) * (1 + x) : 1 - 0.5 * (1 - x) * (1 - x);
 }
 
-// Mean of that triangle over [from, to], in steps: the share that a moment's picture has in the light of that
-// time.
+// Mean of that triangle over [from, to], in steps: the fraction of that interval's light that comes from one
+// moment's picture.
 double share(double from, double to) {
   if (to - from < 1e-9) return std::max(0.0, 1 - std::abs(from));
   return (below_triangle(to) - below_triangle(from)) / (to - from);

@@ -25,7 +25,7 @@ class Shutter {
 
  private:
   std::vector<double> moments_;
-  cv::Mat1f shares_;  ///< share of each moment's picture (row) in each image row (column)
+  cv::Mat1f shares_;  ///< weight of each moment's picture (row) in each image row (column)
 };
 
 /// The robot's recent positions, at most a millisecond apart.
@@ -33,9 +33,10 @@ class RecentMotion {
  public:
   explicit RecentMotion(std::chrono::nanoseconds kept) : kept_(kept) {}
 
-  /// Adds positions. Their time must be later than all previous ones.
+  /// Adds positions. `t` must be later than all previous times.
   void add(std::chrono::nanoseconds t, const mjModel& model, const mjData& data);
-  /// Returns the positions at a time (s), interpolated or the nearest ones kept. Needs at least one.
+  /// Returns the positions at a time (s), interpolated, or else the nearest ones kept. At least one must have
+  /// been added.
   Eigen::VectorXd at(double t_s, const mjModel& model) const;
 
  private:
@@ -47,8 +48,8 @@ class RecentMotion {
   std::deque<Pose> poses_;
 };
 
-/// A frame as drawn: a picture without the lens for each of Shutter::moments(), and the depth at the stamp if
-/// requested.
+/// A drawn frame: one picture without lens distortion for each of Shutter::moments(), and the depth at the
+/// stamp if requested.
 struct Exposure {
   std::vector<cv::Mat> pictures;
   std::optional<DepthPicture> depth;
@@ -59,9 +60,9 @@ struct Exposure {
 /// would slow its steps. Owns the OpenGL context of the thread that created it; draw only from that thread.
 class HeadCamera {
  public:
-  /// channels: RGB for a color camera. mount: for a further camera of the rig, as physics::place_of() places
-  /// it. shares: a camera in the same room with the same channels, whose textures are shared. Throws
-  /// std::runtime_error without OpenGL, std::invalid_argument if the model has no head_camera.
+  /// channels: RGB for a color camera. mount: for an additional camera of the rig, placed as by
+  /// physics::place_of(). shares: a camera in the same room with the same channels, whose textures are
+  /// shared. Throws std::runtime_error without OpenGL, std::invalid_argument if the model has no head_camera.
   HeadCamera(physics::Model robot_in_room, const CameraOptions& options, std::uint64_t texture_seed = 1,
              Channels channels = Channels::gray, const rig::Mount& mount = {},
              const HeadCamera* shares = nullptr);

@@ -53,7 +53,7 @@ Eigen::AlignedBox2d seen_directions(const slam::CameraIntrinsics& camera, double
   return seen;
 }
 
-// A pinhole that looks toward the middle of what the columns see.
+// A pinhole aimed at the middle of the columns' field of view.
 Pinhole covering(const slam::CameraIntrinsics& camera, const cv::Range& columns) {
   const auto yaw_of = [&](int u) { return std::atan(direction(camera, {double(u), camera.v0_px}).x()); };
   Pinhole view{};

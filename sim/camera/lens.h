@@ -1,4 +1,5 @@
-// The lens of the simulated head camera: turns the renderer's pinhole picture into that of a real lens.
+// The lens of the simulated head camera: turns the renderer's pinhole picture into the picture of a real
+// lens.
 #pragma once
 
 #include <Eigen/Core>
@@ -27,11 +28,11 @@ struct Pinhole {
   double focal_px;
   double left, top;                   ///< x/z and y/z at the picture's upper left edge
   double yaw = 0;                     ///< rad
-  int first_column = 0;               ///< of the whole picture
-  std::vector<cv::Rect> unsampled{};  ///< parts of this one that no pixel of the image samples
+  int first_column = 0;               ///< column of the whole picture at which this one starts
+  std::vector<cv::Rect> unsampled{};  ///< parts of this picture that no pixel of the image samples
 };
 
-/// The least number of pinhole-picture pixels per image pixel, in any direction. The pictures are smoothed
+/// The minimum number of pinhole-picture pixels per image pixel, in any direction. The pictures are smoothed
 /// before they are sampled, as a lens would do, so that finer detail does not alias.
 inline constexpr double kSourceDensity = 1.2;
 
@@ -41,7 +42,7 @@ inline constexpr double kSourceDensity = 1.2;
 class LensWarp {
  public:
   explicit LensWarp(const slam::CameraIntrinsics& camera);
-  /// Returns the pinhole of the whole image, or those of its left and right halves.
+  /// Returns one pinhole for the whole image, or one each for its left and right halves.
   const std::vector<Pinhole>& views() const { return views_; }
   /// Returns where pixel (u, v) samples the picture of the views side by side (pixel centers are whole).
   Eigen::Vector2d source_pixel(int u, int v) const;
@@ -49,7 +50,7 @@ class LensWarp {
   cv::Mat warp(const cv::Mat& views) const;
   /// Returns depth along the camera's axis, mm (CV_16UC1, 0: none), from 1/z (1/m) along the axes of the
   /// views side by side. On a plane 1/z is linear in the pixel, so the sample's nearest pixel and its slopes
-  /// give it exactly; beside an edge the slope comes from the same side.
+  /// give it exactly; next to an edge, the slope comes from the same side.
   cv::Mat1w depth_mm(const cv::Mat1f& inverse_depth) const;
 
  private:

@@ -88,7 +88,7 @@ void Lidar::set_box(Eigen::Index shape) {
   upper_.row(shape) = box.max().cast<float>().array() + kBoxMargin;
 }
 
-// Computes all places at that time, and returns X_WS.
+// Computes all poses at that time and returns X_WS.
 Eigen::Isometry3d Lidar::pose(const RecentMotion& motion, double t_s) {
   Eigen::Map<Eigen::VectorXd>(data_->qpos, model_->nq) = motion.at(t_s, *model_);
   mj_kinematics(model_.get(), data_.get());

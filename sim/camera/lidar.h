@@ -9,7 +9,7 @@
 namespace sim::camera {
 
 /// Returns the direction in the lidar's axes (forward, left, up) of a ray, numbered from t = 0. Two
-/// rotations, like those of two prisms, never repeat a pair of angles. The first, one turn per sweep, is the
+/// rotations, as by two prisms, never repeat a pair of angles. The first, one turn per sweep, is the
 /// azimuth. The second moves the sine of the elevation evenly up and down, 120 sqrt(2) cycles per sweep, so
 /// that equal solid angles get equally many rays. Sweeps of 20 000 rays leave gaps of a degree, which later
 /// sweeps fill.
@@ -26,7 +26,7 @@ class Lidar {
 
   /// Returns the points of the rays at begin <= t < end, each in the lidar's frame at its own time. Offsets
   /// count from `begin`; `motion` must cover this time. The link that carries the lidar is invisible. Other
-  /// links have the pose of the middle of the millisecond. Surfaces that return no light or are out of range
+  /// links are posed at the middle of the millisecond. Surfaces that return no light or are out of range
   /// give no point. The intensity is the gray level of the surface in white light (its picture averaged over
   /// 4x4 texels) times the cosine of the angle of incidence.
   std::vector<slam::LidarPoint> scan(const RecentMotion& motion, std::chrono::nanoseconds begin,
@@ -49,7 +49,7 @@ class Lidar {
   std::vector<int> shapes_;                               // the geoms that rays can meet
   Eigen::Array<float, Eigen::Dynamic, 3> lower_, upper_;  // corners of the boxes around them, m in W
   Eigen::ArrayXf enters_, leaves_;                        // distances along a ray to the boxes
-  std::vector<cv::Mat1b> pictures_;                       // of the model's textures
+  std::vector<cv::Mat1b> pictures_;                       // pictures of the model's textures
 };
 
 }  // namespace sim::camera

@@ -8,7 +8,7 @@
 
 namespace sim::camera {
 
-/// The scenario's keys camera.*. The mount is relative to the place that the model gives the camera.
+/// The scenario's keys camera.*. The mount is relative to the camera's place in the model.
 struct CameraOptions : rig::Mount, rig::Imager {
   double distortion = 1, fov_rad = 0;
 
@@ -23,7 +23,7 @@ struct CameraOptions : rig::Mount, rig::Imager {
     number<&CameraOptions::distortion>(
         key, 0, 1.3, "radial parameter relative to the paper's camera; 0: an ideal pinhole");
     degrees<&CameraOptions::fov_rad>(
-        key, 0, 120, "horizontal field of view without distortion; 0: that of the paper's camera");
+        key, 0, 120, "horizontal field of view without distortion; 0: same as the paper's camera");
     rig::Imager::shutter_keys(key);
   }
 };

@@ -76,7 +76,7 @@ void Scene::add_piece(int geom, unsigned texture) {
   pieces_.push_back(std::move(piece));
 }
 
-// Puts rectangles on the near plane, in clip coordinates: what they hide costs no drawing.
+// Puts rectangles on the near plane, in clip coordinates: surfaces hidden by them need not be drawn.
 void Scene::add_masks() {
   for (const Pinhole& view : views_) {
     std::vector<std::uint32_t> mask;

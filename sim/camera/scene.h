@@ -8,7 +8,7 @@
 
 namespace sim::camera {
 
-/// The depth of a picture, as a depth camera measures it.
+/// The depth of a picture, as measured by a depth camera.
 struct DepthPicture {
   cv::Mat1f buffer;  ///< 0 at the near plane, 1 at the far plane and for pixels without a surface
   cv::Mat marks;     ///< not 0 on surfaces that return no light to depth cameras
@@ -18,9 +18,9 @@ struct DepthPicture {
 };
 
 /// Draws the geoms of a model's groups 0 and 1, and of group 2 (the head) on request, with textures painted
-/// from a seed. Glass (alpha below 1) is blended over what is behind it, and depth passes through. Owns an
-/// OpenGL context of its thread. Lighting does not depend on the camera: it is computed once for everything
-/// that never moves.
+/// from a seed. Glass (alpha below 1) is blended over the surfaces behind it, and depth passes through. Owns
+/// an OpenGL context of its thread. Lighting does not depend on the camera: it is computed once for
+/// everything that never moves.
 class Scene {
  public:
   /// A picture shows all `views` side by side. shares: a scene with the same model, seed and channels, whose
@@ -61,11 +61,11 @@ class Scene {
   Channels channels_;
   std::vector<Piece> pieces_;  // pieces that never move come first
   std::vector<Vertex> vertices_;
-  std::vector<std::vector<std::uint32_t>> masks_;  // for each view: what its image does not sample
-  std::vector<std::vector<Seen>> seen_;            // in the last picture, by view
+  std::vector<std::vector<std::uint32_t>> masks_;  // for each view: the areas that its image does not sample
+  std::vector<std::vector<Seen>> seen_;            // by view, in the last picture
   std::vector<Eigen::Isometry3f> X_VW_;            // likewise
   struct {
-    std::size_t count = 0;  // at the buffer's beginning
+    std::size_t count = 0;  // number at the start of the buffer
     float lit_by = -1;      // light on them; -1: none yet
   } still_vertices_;
   Renderer renderer_;
@@ -77,7 +77,7 @@ class Scene {
 /// or a wall it includes soft shadows of the furniture. The positions in `data` must have been computed.
 cv::Mat3b texture_picture(const mjModel& model, const mjData& data, int texture, std::uint64_t seed);
 
-/// Loads the model's 2d textures with mipmaps in the current OpenGL context. Returns their names in it.
+/// Loads the model's 2d textures with mipmaps in the current OpenGL context. Returns their OpenGL names.
 std::vector<unsigned> load_textures(const mjModel& model, std::uint64_t seed, Channels channels);
 
 }  // namespace sim::camera

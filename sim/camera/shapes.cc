@@ -15,8 +15,8 @@ namespace {
 using Eigen::Vector2f, Eigen::Vector3f;
 using Kind = score::Surface::Kind;
 
-constexpr int kSlices = 20;  // of round shapes about z
-constexpr int kStacks = 3;   // of half a sphere, from its equator to its pole
+constexpr int kSlices = 20;  // segments of round shapes around z
+constexpr int kStacks = 3;   // segments of a hemisphere, from its equator to its pole
 
 constexpr std::pair<int, Kind> kKinds[]{
     {mjGEOM_PLANE, Kind::plane},         {mjGEOM_BOX, Kind::box},
@@ -141,7 +141,7 @@ void add_mesh(GeomMesh& to, const mjModel& model, int mesh) {
   }
 }
 
-/// Appends the faces of a mesh, except those without area.
+/// Appends the faces of a mesh that have an area.
 void add_triangles(std::vector<score::Surface>& to, const mjModel& model, const mjData& data, int geom) {
   const GeomMesh mesh = geom_mesh(model, geom);
   for (std::size_t i = 0; i < mesh.indices.size(); i += 3) {

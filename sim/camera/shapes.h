@@ -26,10 +26,10 @@ struct GeomMesh {
   std::vector<std::uint32_t> indices;  ///< three for each triangle
 };
 
-/// Returns the triangles of a geom. Planes have only a front, height fields only an upper side; round shapes
-/// are 20-sided. A picture covers a shape's extent along x and y once or texrepeat times, with its upper left
-/// at (-x, +y). It looks right on planes and on two faces of a box. Meshes use their own texture coordinates
-/// if they have any.
+/// Returns the triangles of a geom. Planes are drawn only from the front and height fields only from above;
+/// round shapes have 20 sides. A picture covers a shape's extent along x and y once or texrepeat times, with
+/// its upper left at (-x, +y). It looks right on planes and on two faces of a box. Meshes use their own
+/// texture coordinates if they have any.
 GeomMesh geom_mesh(const mjModel& model, int geom);
 
 /// Returns the point of a geom's picture (GeomMesh::Vertex::uv) at a point of its surface, which is in the
@@ -62,7 +62,7 @@ struct Paint {
   float alpha = 1;
 };
 
-/// Returns the paint of a geom: its own color or that of its material.
+/// Returns the paint of a geom: its own color or its material's color.
 Paint paint_of(const mjModel& model, int geom);
 
 /// The model's lamps: directional ones, fixed to the room, and the ambient part of MuJoCo's headlight. The

@@ -10,7 +10,7 @@ namespace sim::camera {
 namespace {
 
 constexpr double kLarge = 3;       // m: half of a wall or floor
-constexpr double kCell = 0.02;     // m, of the shadow's grid
+constexpr double kCell = 0.02;     // m, cell size of the shadow grid
 constexpr double kReach = 0.8;     // m, farther shapes cast no shadow
 constexpr double kFlush = 0.002;   // m: a plane this close to another is part of it
 constexpr double kDarkest = 0.55;  // fraction of the light lost at contact
@@ -57,7 +57,7 @@ void shade(cv::Mat1f& light, const Eigen::Vector2d& half_plane, const Neighbor& 
     }
 }
 
-// Darkens the picture of a plane of the room under and beside everything in the room close to its front. The
+// Darkens the picture of a plane of the room below and around everything that is close to its front. The
 // picture shows the plane from its front, with its upper left at (-x, +y) of the plane's frame.
 void bake_shadows(cv::Mat3b picture, const mjModel& model, const mjData& data, int plane) {
   const Eigen::Vector2d half(model.geom_size[3 * plane], model.geom_size[3 * plane + 1]);
@@ -128,7 +128,7 @@ std::vector<unsigned> load_textures(const mjModel& model, std::uint64_t seed, Ch
     if (channels == Channels::gray) cv::cvtColor(picture, picture, cv::COLOR_RGB2GRAY);
     load(names[std::size_t(texture)], picture);
   }
-  GL(glFinish)();  // other contexts may use them from now on
+  GL(glFinish)();  // other contexts may now use them
   return names;
 }
 

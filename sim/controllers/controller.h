@@ -53,8 +53,8 @@ class Controller {
   virtual ~Controller() = default;
   /// Joint angles at the start; the base is at reference().X_PB.
   virtual const walking::JointVector& start() const = 0;
-  /// How long the base is lowered, and then as long again for settling without support, before the walk. 0:
-  /// the robot stands.
+  /// Before the walk, the base is lowered for this time and then settles without support for the same time.
+  /// 0: the robot stands.
   virtual double held_s() const { return 0; }
   virtual JointCommands command(const Readings& readings, bool settles) = 0;
   virtual void advance() = 0;
@@ -77,7 +77,7 @@ class Controller {
   virtual bool steers(std::size_t) const { return false; }
   virtual void steer(std::size_t, const std::optional<walking::PlaceEstimate>&) {}
   virtual std::optional<std::vector<walking::StepCorrection>> corrections() const { return std::nullopt; }
-  /// Why the walk stopped before the end of its commands.
+  /// Returns why the walk stopped before the end of its commands, if it did.
   virtual std::optional<std::string> stopped() const { return std::nullopt; }
   /// Ends a program after the walk. Returns its log.
   virtual std::string finish() { return {}; }

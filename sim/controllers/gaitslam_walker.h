@@ -1,10 +1,10 @@
 /* Interface of an external walking controller: a program that exchanges messages with GaitSLAM over its
- * standard input and output. C99; it needs gaitslam_estimator.h beside it, for the framing of messages, and
+ * standard input and output. C99; it needs gaitslam_estimator.h next to it, for the framing of messages, and
  * no other file of GaitSLAM.
  *
  * A controller receives the robot, the start and its options once. Then it receives the robot's sensors at
- * its own rate and answers each message with what the servos follow until the next answer. It never receives
- * a true pose or velocity.
+ * its own rate and answers each message with the servo commands that apply until the next answer. It never
+ * receives a true pose or velocity.
  *
  * All numbers are little-endian. The structures have no padding. Lengths are in m, angles in rad, torques in
  * N m, times in ns. Frames: B the base (x forward, y left, z up), G its inertial sensor (the same axes at the
@@ -27,7 +27,7 @@ extern "C" {
 
 /* ---- Structures */
 
-/* Start of START. */
+/* First structure of START. */
 typedef struct gaitslam_walk_start {
   uint32_t version; /* GAITSLAM_WALKER_VERSION */
   uint32_t joint_count;
@@ -54,7 +54,7 @@ typedef struct gaitslam_joint {
 typedef struct gaitslam_part {
   char name[GAITSLAM_NAME_BYTES]; /* imu, left, right */
   gaitslam_pose X_BK;             /* in the base, in the start posture */
-  uint32_t measures_wrench;       /* of a foot: 1; 0: its wrench is computed from the leg's torques */
+  uint32_t measures_wrench;       /* for a foot: 1; 0: its wrench is computed from the leg's torques */
   uint32_t reserved;              /* 0 */
 } gaitslam_part;                  /* 152 bytes */
 
@@ -68,19 +68,19 @@ typedef struct gaitslam_walk_plan {
   uint32_t reserved;  /* 0 */
 } gaitslam_walk_plan; /* 424 bytes */
 
-/* What the controller needs and can do. */
+/* Requirements and capabilities of the controller. */
 typedef struct gaitslam_walk_ready {
   uint32_t version;     /* GAITSLAM_WALKER_VERSION of the program */
   uint32_t error_bytes; /* length of the text that ends the message: why it cannot start; 0 if it can */
   double rate_hz;       /* rate of SENSORS: its period must be a multiple of tick_ns */
   double settle_s; /* time before the walk: the base is held and lowered to the floor during its first half.
-                      0: the robot stands from the beginning and settles until it is at rest */
+                      0: the robot stands from the start and settles until it is at rest */
   double largest_vx_m_s, largest_vy_m_s, largest_wz_rad_s; /* top speeds in both directions */
-  double duration_s;                                       /* with plans: of the walk; 0: unknown */
+  double duration_s;                                       /* with plans: duration of the walk; 0: unknown */
   uint32_t stands;      /* 1: it stands still on command. 0: it marches in place */
   uint32_t plans;       /* 1: it carries out the commands of the walk text by itself and finishes */
   uint32_t wants_path;  /* 1: SENSORS contain the path ahead */
-  uint32_t has_plan;    /* 1: `plan` is the plan at the start, with the base's pose there */
+  uint32_t has_plan;    /* 1: `plan` is the plan at the start, with the base's start pose */
   uint32_t joint_count; /* number of gaitslam_commanded_joint that follow */
   uint32_t reserved;    /* 0 */
   gaitslam_walk_plan plan;
@@ -136,7 +136,7 @@ typedef struct gaitslam_walk_answer {
   gaitslam_walk_plan plan;
 } gaitslam_walk_answer; /* 448 bytes */
 
-/* What a servo follows until the next answer: torque_nm + kp (q_rad - q) + kd (dq_rad_s - dq), at each step
+/* Command of a servo until the next answer: torque_nm + kp (q_rad - q) + kd (dq_rad_s - dq), at each step
  * of the physics and within the joint's effort limit. Angles beyond the joint's range are clipped. */
 typedef struct gaitslam_joint_command {
   double q_rad, dq_rad_s, kp_nm_rad, kd_nms_rad, torque_nm;

@@ -27,11 +27,11 @@ std::string start_message(const programs::Choice& choice, const walking::Robot& 
                           const RobotDescription& description, const std::string& walk, std::uint64_t seed);
 std::string sensors_message(const gaitslam_walk_sensors& words, const Readings& readings);
 
-/// The most bytes that a READY or ANSWER has for this robot.
+/// The maximum length in bytes of a READY or ANSWER for this robot.
 std::size_t most_bytes(const walking::Robot& robot);
 
 /// Read a message's payload. Throw InvalidMessage if its format or a value is invalid. read_ready() also
-/// throws it if the program says that it cannot start.
+/// throws it if the program states that it cannot start.
 Ready read_ready(std::string_view payload, const walking::Robot& robot);
 Answer read_answer(std::string_view payload, const Ready& ready, std::chrono::nanoseconds t, bool settles);
 

@@ -18,7 +18,7 @@ constexpr double kWaitBeyond_m = 0.3, kWaitBeyond_rad = 0.5;  // errors at which
 constexpr double kMostIntegral = 1.0;                         // m s and rad s
 constexpr double kOverdue = 2, kOverdue_s = 2;                // limit: 2 x the command's duration + 2 s
 
-/// The place after a constant velocity for some time.
+/// The place reached by moving at a constant velocity for some time.
 FootPose moved(const Velocity& v, double t_s) {
   const double angle = v.turn * t_s;
   const double along = std::abs(angle) < 1e-9 ? t_s : std::sin(angle) / v.turn,
@@ -26,7 +26,7 @@ FootPose moved(const Velocity& v, double t_s) {
   return {{v.ahead * along - v.left * aside, v.ahead * aside + v.left * along}, angle};
 }
 
-/// By what factor this exceeds the largest speeds.
+/// Returns the factor by which a velocity exceeds the largest speeds.
 double excess(const Velocity& v, const Velocity& largest) {
   const auto over = [](double speed, double limit) { return speed == 0 ? 0 : std::abs(speed) / limit; };
   return std::max({over(v.ahead, largest.ahead), over(v.left, largest.left), over(v.turn, largest.turn)});

@@ -22,7 +22,7 @@ class Path {
   double duration_s() const {
     return pieces_.empty() ? 0 : pieces_.back().start_s + pieces_.back().duration_s;
   }
-  /// Returns the piece at that time, or the last one after the end. There must be one.
+  /// Returns the piece at that time, or the last piece after the end. There must be at least one.
   const Piece& piece(double t_s) const;
   walking::FootPose pose(double t_s) const;
 
@@ -54,8 +54,8 @@ class PathFollower {
   Velocity velocity() const { return is_over() ? Velocity{} : velocity_; }
   bool stands() const;
   walking::FootPose desired() const { return path_.pose(t_s_); }
-  /// The path some time ahead, in the base's heading, estimated if possible. It ends at the end of the
-  /// current command while the robot is not near that end.
+  /// Returns the path some time ahead, relative to the base's heading (estimated, if possible). While
+  /// the robot is not near the end of the current command, the path ends there.
   walking::FootPose ahead(double s) const;
   double progress() const;
 

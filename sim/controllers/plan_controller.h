@@ -29,7 +29,7 @@ class PlanController : public Controller {
   }
   std::optional<std::vector<walking::StepCorrection>> corrections() const override;
   std::optional<std::string> stopped() const override;
-  /// Makes the soles follow the slope that they measure, from now on.
+  /// Makes the soles follow the measured slope of the floor from this tick on.
   void adapt_to_slope() { slope_.emplace(plan_.robot()); }
   std::size_t ticks() const { return plan_.ticks(); }
   /// Returns whether this tick is the last one.
@@ -48,7 +48,7 @@ class PlanController : public Controller {
     walking::Steering by;
     double lost_s;
     walking::PatternGenerator path;  // without corrections
-    Ticks ticks;                     // two ticks of it
+    Ticks ticks;                     // two ticks of the path
   };
   std::optional<Steered> steered_;
 };

@@ -10,7 +10,7 @@ using std::chrono::nanoseconds;
 
 constexpr std::array kAhead_s{0.25, 0.5, 1.0, 2.0};
 
-/// Returns the ends with all their bits.
+/// Interpolates between two poses; parts 0 and 1 return them bit for bit.
 Eigen::Isometry3d between(const Eigen::Isometry3d& from, const Eigen::Isometry3d& to, double part) {
   return part == 0 ? from : part == 1 ? to : walking::pose_between(from, to, part);
 }
@@ -87,7 +87,8 @@ void ProgramController::steer(std::size_t, const std::optional<walking::PlaceEst
       newest->estimated.position - (walking::FootPose{{0, 0}, X_WP_.yaw} * newest->planned).position;
 }
 
-// Places the robot by the newest drift of the plan; without estimates, as if the plan did not drift.
+// Places the robot using the newest estimate of the plan's drift; if steering uses no estimates, the drift is
+// assumed to be zero.
 void ProgramController::locate() {
   const bool estimates = start_.commands.steering.by != walking::SteeredBy::plan;
   if (estimates && !located_s_) return;

@@ -13,7 +13,7 @@ struct AnswerTime {
   bool measured = false;
 };
 
-/// What a program needs before its first sensors.
+/// The data that a program needs before its first sensor readings.
 struct ProgramStart {
   programs::Choice choice;
   walking::Robot robot;
@@ -25,8 +25,8 @@ struct ProgramStart {
   AnswerTime time = {};
 };
 
-/// How long GAITSLAM_WALK_STOP lasts after the commands: as long as the built-in controller stands at its
-/// end.
+/// Duration of GAITSLAM_WALK_STOP after the commands, equal to the time that the built-in controller
+/// stands at its end.
 inline constexpr double kStopping_s = 2;
 
 class ProgramController : public Controller {
@@ -83,7 +83,7 @@ class ProgramController : public Controller {
   std::chrono::nanoseconds effect_{0};  // when pending_ takes effect
   std::ptrdiff_t answered_ = 0;         // tick of answer_'s plan
   gaitslam_walk_plan answer_{};
-  walking::FootPose X_WP_;           // the newest estimate of the plan's world
+  walking::FootPose X_WP_;           // newest estimate of the pose of the plan's world
   std::optional<double> located_s_;  // its time
   JointCommands commands_;
   std::size_t clipped_ = 0;

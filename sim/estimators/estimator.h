@@ -26,7 +26,7 @@ struct PoseEstimate {
 /// An estimator's answer to an observation.
 struct Answer {
   std::optional<PoseEstimate> estimate;  ///< absent if the estimator is not ready, or lost without a pose
-  slam::FrameReport report;  ///< of an external estimator: stamp, health, cause and number of landmarks
+  slam::FrameReport report;  ///< for an external estimator, only stamp, health, cause and number of landmarks
   std::optional<std::vector<slam::MapPoint>> map = std::nullopt;  ///< the whole map, if the answer has one
   double external_cpu_ms = 0;  ///< CPU time of the answer in another process
 };
@@ -47,7 +47,7 @@ struct Start {
   double camera_rate_hz = 30, camera_readout_s = 0;
   rig::RigSensor chest_imu = {
       .name = "imu0", .kind = rig::Kind::imu, .rate_hz = 200};  ///< at calibration.X_CG
-  std::vector<rig::RigSensor> rig = {};                         ///< further sensors of the observations
+  std::vector<rig::RigSensor> rig = {};                         ///< additional sensors of the observations
   std::vector<std::string> joints = {};  ///< joints with encoders; empty: no encoders or force sensors
   double body_rate_hz = 200;             ///< rate of encoders and force sensors
 };
@@ -62,10 +62,10 @@ class Estimator {
   virtual bool uses(int) const { return true; }
   /// Returns the current map.
   virtual std::vector<slam::MapPoint> map() const = 0;
-  /// Returns the poses of all answers, each estimated from all observations; nothing if the estimator does
+  /// Returns the poses of all answers, each estimated from all observations; empty if the estimator does
   /// not smooth. Call this once, after the last answer.
   virtual std::vector<PoseEstimate> smoothed() { return {}; }
-  /// Ends the estimator and returns what it wrote to standard error. Throws EstimatorFailed if it has sent
+  /// Ends the estimator and returns its output on standard error. Throws EstimatorFailed if it has sent
   /// more answers than it was asked for.
   virtual std::string finish() { return {}; }
 };

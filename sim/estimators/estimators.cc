@@ -21,7 +21,7 @@ void require_covariance(const Matrix& P, std::string_view of) {
     throw EstimatorFailed(fmt::format("the covariance of {} is not symmetric", of));
 }
 
-/// The calibration. It includes the depth camera aligned with the head camera if the filter uses that.
+/// Returns the calibration, including the depth camera aligned with the head camera if the filter uses it.
 slam::Calibration with_depth(const Start& start) {
   slam::Calibration calibration = start.calibration;
   if (start.options.depth.first_sight != slam::FirstSight::measured_depth) return calibration;
@@ -64,8 +64,8 @@ std::string at(const slam::Observation& observation) {
   return fmt::format("at t = {:.3f} s", slam::seconds(observation.t));
 }
 
-/// Checks an estimator's answers and keeps the latest map among them. Poses older than the last one, such as
-/// those for a late observation, are left out.
+/// Checks an estimator's answers and keeps the latest map among them. Omits poses older than the last one,
+/// as for a late observation.
 class CheckedEstimator : public Estimator {
  public:
   Answer step(const slam::Observation& observation) final {

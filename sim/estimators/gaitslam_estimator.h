@@ -74,16 +74,16 @@ enum {
 typedef struct gaitslam_camera {
   char name[GAITSLAM_NAME_BYTES];
   uint32_t kind;         /* one of GAITSLAM_CAMERA_... */
-  uint32_t aligned_with; /* for depth: the camera with the same pixels and stamps; else its own number */
+  uint32_t aligned_with; /* for depth: the camera with the same pixels and stamps; otherwise its own number */
   uint32_t width_px, height_px;
   gaitslam_lens lens;
-  gaitslam_lens equidistant; /* the closest equidistant lens, for programs that do not know its lens model */
+  gaitslam_lens equidistant; /* the closest equidistant lens, for programs without its lens model */
   double equidistant_rms_px, equidistant_largest_px; /* difference of the two in px over the whole image */
   gaitslam_pose X_CK;
   double rate_hz;
   double readout_s;     /* from the middle of the first row's exposure to the last row's; 0: global shutter */
   double time_offset_s; /* how far its stamps are ahead of camera 0's */
-  double nearest_m, furthest_m; /* for depth; else 0 */
+  double nearest_m, furthest_m; /* for depth; otherwise 0 */
 } gaitslam_camera;              /* 360 bytes */
 
 /* An inertial sensor. Number 0 is in the chest, with separate gyro and accelerometer readings. */
@@ -92,7 +92,7 @@ typedef struct gaitslam_imu {
   gaitslam_pose X_CK;
   double rate_hz;
   double gyro_density, accelerometer_density; /* white noise, rad/s/sqrt(Hz) and m/s^2/sqrt(Hz) */
-  double gyro_walk, accelerometer_walk; /* of the bias, rad/s^2/sqrt(Hz) and m/s^3/sqrt(Hz); 0: constant */
+  double gyro_walk, accelerometer_walk;       /* bias, rad/s^2/sqrt(Hz) and m/s^3/sqrt(Hz); 0: constant */
   double gravity_m_s2;
   double time_offset_s; /* how far its stamps are ahead of camera 0's */
 } gaitslam_imu;         /* 200 bytes */
@@ -115,7 +115,7 @@ enum {
 
 /* An encoder or a force sensor. All are read at the same time. */
 typedef struct gaitslam_body_sensor {
-  char name[GAITSLAM_NAME_BYTES]; /* of the joint, or of the foot: left, right */
+  char name[GAITSLAM_NAME_BYTES]; /* name of the joint, or of the foot: left, right */
   uint32_t kind;                  /* GAITSLAM_ENCODER or _FORCE_SENSOR */
   uint32_t value_count;           /* 1 or 6 */
   double rate_hz;
@@ -127,8 +127,8 @@ typedef struct gaitslam_sensor_counts {
   uint32_t body_sensors;          /* encoders, then force sensors; 0 for recordings without them */
 } gaitslam_sensor_counts;         /* 16 bytes */
 
-/* The mean over (begin_ns, end_ns] in axes of G: angular velocity in rad/s, or specific force in m/s^2 (+g
- * upwards at rest). */
+/* The mean over (begin_ns, end_ns] in the axes of G: angular velocity in rad/s, or specific force in m/s^2
+ * (+g upward at rest). */
 typedef struct gaitslam_reading {
   int64_t begin_ns, end_ns;
   double value[3];
@@ -139,8 +139,8 @@ enum { GAITSLAM_SUPPORT_BOTH = 0, GAITSLAM_SUPPORT_LEFT = 1, GAITSLAM_SUPPORT_RI
 /* Planned motion of the camera at the stamp of the image. */
 typedef struct gaitslam_plan {
   gaitslam_pose X_PC;
-  double v_PC_C[3];  /* linear velocity of C in P, axes C, m/s */
-  double w_PC_C[3];  /* angular velocity of C in P, axes C, rad/s */
+  double v_PC_C[3];  /* linear velocity of C in P, axes of C, m/s */
+  double w_PC_C[3];  /* angular velocity of C in P, axes of C, rad/s */
   double p_CF[3];    /* planned sole of the support foot, or the middle of both soles, in C */
   uint32_t support;  /* one of GAITSLAM_SUPPORT_... */
   uint32_t reserved; /* 0 */
@@ -148,14 +148,14 @@ typedef struct gaitslam_plan {
 
 /* The camera's pose at the stamp of the image, from leg odometry. */
 typedef struct gaitslam_legs {
-  gaitslam_pose X_OC; /* from encoders and loads. O equals W at the start and drifts from it as soles slip and
+  gaitslam_pose X_OC; /* from encoders and loads; O equals W at the start and drifts from it as soles slip and
                          tilt */
   double p_CS[3];     /* the point of the soles that carries the robot, in C */
 } gaitslam_legs;      /* 120 bytes */
 
 /* The commanded velocity of the base, in its own heading. */
 typedef struct gaitslam_command {
-  int64_t t_ns; /* when it was commanded */
+  int64_t t_ns; /* time of the command */
   double ahead_m_s, left_m_s, turn_rad_s;
 } gaitslam_command; /* 32 bytes */
 
@@ -192,7 +192,7 @@ typedef struct gaitslam_image {
 typedef struct gaitslam_sweep {
   uint32_t lidar;
   uint32_t point_count;
-  int64_t t_ns;     /* its start */
+  int64_t t_ns;     /* start of the sweep */
   uint64_t at_byte; /* offset of the first gaitslam_point in the data; a multiple of 8 */
 } gaitslam_sweep;   /* 24 bytes */
 
@@ -212,11 +212,11 @@ typedef struct gaitslam_imu_reading {
   double accelerometer[3]; /* specific force, m/s^2 */
 } gaitslam_imu_reading;    /* 72 bytes */
 
-/* What else the sensors measured since the previous observation, and the image of camera 0 again. Each
- * sensor's in order of time. */
+/* Numbers of all other sensor data since the previous observation, with the image of camera 0 again. The
+ * data of each sensor are in chronological order. */
 typedef struct gaitslam_rig_counts {
   uint32_t images, sweeps, imu_readings;
-  uint32_t body_readings; /* of all encoders and force sensors, from before the image of camera 0 */
+  uint32_t body_readings; /* of all encoders and force sensors, taken before the image of camera 0 */
 } gaitslam_rig_counts;    /* 16 bytes */
 
 enum {
@@ -259,16 +259,16 @@ typedef struct gaitslam_landmark {
  *                  the cameras, IMUs, lidars and body sensors
  *     READY        gaitslam_ready, text
  *     OBSERVATION  gaitslam_observation, gyro_count readings, accelerometer_count readings, image of camera 0
- *                  (one byte a pixel, row by row), 0 to 7 zero bytes up to a multiple of 8,
+ *                  (one byte per pixel, row by row), 0 to 7 zero bytes up to a multiple of 8,
  *                  gaitslam_rig_counts, the images, sweeps and IMU readings, the stamps of the body readings
- *                  (int64_t, ns), their values (double; those of all body sensors for each stamp), pixels and
+ *                  (int64_t, ns), their values (double; of all body sensors for each stamp), pixels and
  *                  points. at_byte counts from the first byte after the header
  *     ANSWER       gaitslam_answer, landmark_count landmarks, cause
  *     END          nothing; the program exits
  *
  * GaitSLAM sends START, OBSERVATION and END; the program answers the first two with READY and ANSWER. Options
- * are text, one line "key=value" each. The result keeps what a program writes to its standard error.
- * A program writes nothing but one READY and one ANSWER for each OBSERVATION to its standard output. */
+ * are text, one line "key=value" each. The result contains the program's output on standard error.
+ * A program writes only one READY, and one ANSWER for each OBSERVATION, to its standard output. */
 typedef struct gaitslam_header {
   char magic[4];   /* "GSLM" */
   uint32_t type;   /* one of GAITSLAM_MESSAGE_... */
@@ -365,7 +365,7 @@ static int gaitslam_begin(int out, uint32_t type, const void* part, size_t bytes
   return gaitslam_write(out, &header, sizeof header) && gaitslam_write(out, part, bytes);
 }
 
-/* Reads a payload from `at`; not fine once the payload was too short. */
+/* Reads a payload from `at`. `fine` becomes 0 if the payload is too short. */
 typedef struct gaitslam_reader {
   const char* payload;
   uint64_t bytes, at;
@@ -390,7 +390,7 @@ static void gaitslam_copy(gaitslam_reader* from, void* to, size_t bytes) {
   if (from->fine) memcpy(to, next, bytes);
 }
 
-/* Answers START and all further messages on standard input. What the program prints goes to standard error.
+/* Answers START and all further messages on standard input. The program's own output goes to standard error.
  * Returns its exit code: 0, 1 after a failure, 2 if the input is not these messages. */
 static int gaitslam_serve(void* (*start)(gaitslam_reader*, int), int (*answer)(void*, gaitslam_reader*, int),
                           void (*destroy)(void*)) {

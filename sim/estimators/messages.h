@@ -7,7 +7,7 @@
 
 namespace sim::estimators {
 
-/// The most bytes that a READY or ANSWER has.
+/// The maximum length in bytes of a READY or ANSWER.
 inline constexpr std::size_t kMostBytes = sizeof(gaitslam_answer) + GAITSLAM_MOST_TEXT_BYTES +
                                           std::uint64_t{GAITSLAM_MOST_LANDMARKS} * sizeof(gaitslam_landmark);
 
@@ -15,8 +15,8 @@ inline constexpr std::size_t kMostBytes = sizeof(gaitslam_answer) + GAITSLAM_MOS
 std::string start_message(const programs::Choice& choice, const Start& start);
 std::string observation_message(const slam::Observation& observation, const std::vector<rig::RigSensor>& rig);
 
-/// Reads the payload of READY. Throws InvalidMessage if it is invalid, states another version, or states that
-/// the program cannot start.
+/// Reads the payload of READY. Throws InvalidMessage if it is invalid, states a different version, or states
+/// that the program cannot start.
 void read_ready(std::string_view payload);
 
 /// Reads the payload of ANSWER. Throws InvalidMessage if counts and length disagree or a field has an

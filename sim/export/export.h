@@ -15,7 +15,7 @@
 
 namespace sim::exports {
 
-/// The robot of a run. It comes from the simulator's model, which exports do not see.
+/// The robot of a run. It comes from the simulator's model, to which exports have no access.
 struct RobotDescription {
   /// The link that carries a sensor, and the head camera's pose in that link's frame in the calibration
   /// posture.
@@ -42,7 +42,7 @@ struct ExportedRun {
   bool undistort = false;  ///< remove the lens distortion even for formats that support lenses
   std::shared_ptr<const RobotDescription> robot = nullptr;  ///< null: viewers draw no robot
   std::function<void(double)> progress = [](double) {};     ///< called with the completed fraction, 0 to 1
-  /// Called with what the export lacks, although the rig promises it.
+  /// Called with a description of data that the rig should provide but the export lacks.
   std::function<void(const std::string&)> warn = [](const std::string&) {};
 };
 
@@ -52,7 +52,7 @@ class RecordedRows {
  public:
   RecordedRows(const fs::path& recording, const std::string& sensor);
 
-  /// Calls each(stamp, values) for the rows up to that time, except those of earlier calls.
+  /// Calls each(stamp, values) for the rows up to that time, except rows of earlier calls.
   void until(
       slam::Stamp t,
       const std::function<void(slam::Stamp, const std::vector<double>&)>& each = [](auto&&...) {});

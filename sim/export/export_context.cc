@@ -6,7 +6,7 @@ namespace {
 struct Format {
   const char* name;
   void (*write)(const ExportContext&);
-  bool knows_lenses = true;  ///< else the images are always undistorted
+  bool knows_lenses = true;  ///< otherwise the images are always undistorted
   int passes = 1;            ///< how many times the recording is read
 };
 
@@ -16,7 +16,7 @@ constexpr Format kFormats[]{{"euroc", export_euroc},
                             {"orbslam3", export_orbslam3},
                             {"openvins", export_openvins, true, 2}};
 
-// Writes a pixel of 8 bits a channel; `at` lies inside the image.
+// Writes a pixel with 8 bits per channel; `at` lies inside the image.
 void bilinear(const cv::Mat& image, const Eigen::Vector2d& at, unsigned char* pixel) {
   const int left = std::min(static_cast<int>(at.x()), image.cols - 2),
             top = std::min(static_cast<int>(at.y()), image.rows - 2), n = image.channels();
@@ -32,7 +32,7 @@ bool is_pinhole(const slam::CameraIntrinsics& camera) {
   return lens && lens->k1_px2 == 0;
 }
 
-/// Whether two depths can belong to one surface at both sides of a pixel.
+/// Returns whether two depths on either side of a pixel can belong to one surface.
 bool is_same_surface(int a_mm, int b_mm) {
   return a_mm > 0 && b_mm > 0 && std::abs(a_mm - b_mm) < 0.05 * std::min(a_mm, b_mm);
 }
@@ -174,7 +174,7 @@ void ExportContext::write_readme(std::initializer_list<std::string> names, const
   std::string offsets;
   for (const rig::RigSensor& sensor : setup.rig)
     if (sensor.time_offset_s != 0)
-      offsets += fmt::format("The stamps of `{}` are {} s ahead of those of the head camera.\n", sensor.name,
+      offsets += fmt::format("The stamps of `{}` are {} s ahead of the head camera's.\n", sensor.name,
                              sensor.time_offset_s);
   write("README.md",
         filled_text("readme.md", run.name, run.seed, texts + more, recording::kEpoch.count() / 1'000'000'000,

@@ -1,5 +1,5 @@
-// What all exporters share: the run's sensors and their readings, its lens for programs that do not know it,
-// the writing of files, and a function for each format.
+// Shared by all exporters: the run's sensors and their readings, a substitute for its lens in programs that
+// do not support it, the writing of files, and a function for each format.
 #pragma once
 
 #include <fmt/format.h>
@@ -12,18 +12,18 @@
 
 namespace sim::exports {
 
-/// A reading in its exported form. An image is as the exported camera takes it. An IMU reading is the mean of
-/// an interval, stamped in its middle; it differs from the value at that instant only in second order of the
-/// interval's length.
+/// A reading in its exported form. An image is converted to the exported camera. An IMU reading is the mean
+/// of an interval, stamped in its middle; it differs from the value at that instant only in second order of
+/// the interval's length.
 struct ExportedReading : slam::RigReading {
   bool has_acceleration = true;
 };
 
-/// Merges consecutive parts until they cover one period. After a gap in the readings it starts anew.
+/// Merges consecutive parts until they cover one period. It starts over after a gap in the readings.
 class ImuMerger {
  public:
   explicit ImuMerger(double rate_hz) : period_(std::llround(1e9 / rate_hz)) {}
-  /// Returns the readings that an observation completes, in order of time.
+  /// Returns the readings that an observation completes, in chronological order.
   std::vector<ExportedReading> merge(const slam::Observation& observation) {
     std::vector<ExportedReading> merged;
     const bool both = observation.accelerometer.size() == observation.gyro.size();
@@ -104,7 +104,7 @@ class DepthRegistration {
   slam::Camera to_;
   cv::Size size_;
   Eigen::Isometry3d X_to_from_;
-  std::vector<std::optional<Square>> squares_;  // of the given camera, row by row
+  std::vector<std::optional<Square>> squares_;  // squares of the given camera's pixels, row by row
 };
 
 /// Returns the fraction of the camera's image that the other one also sees at a distance (m).
@@ -192,7 +192,7 @@ class ExportContext {
   std::vector<std::optional<ExportedCamera>> cameras_;  // by sensor
 };
 
-/// The frames from the start of the run, in order of time.
+/// The frames from the start of the run, in chronological order.
 class Frames {
  public:
   explicit Frames(const ExportContext& out)
@@ -208,8 +208,8 @@ class Frames {
   ImuMerger imu_;
 };
 
-/// Returns the camera whose images go with the depth images: the color camera aligned with `depth`, else the
-/// color camera with the largest common view, else the gray camera aligned with it.
+/// Returns the camera whose images are paired with the depth images: the color camera aligned with `depth`,
+/// otherwise the color camera with the largest common view, otherwise the gray camera aligned with it.
 int image_of_depth(const ExportContext& out, int depth);
 
 /// Writes a ROS 2 bag, run.mcap and metadata.yaml, into a folder (with a trailing slash, or ""). for_viewers:

@@ -37,7 +37,7 @@ inline std::string tum_text(const std::vector<files::TimedPose>& poses) {
   return text;
 }
 
-/// The motion of a recorded walk, as the program under test can know it.
+/// The motion of a recorded walk, from data that the program under test also has.
 struct WalkMotion {
   std::vector<double> speeds_m_s;   ///< planned speeds of the moving camera, from frame to frame
   std::vector<double> turns_rad_s;  ///< rates of the chest gyro
@@ -61,13 +61,13 @@ TrackedImages tracked_images(const slam::CameraIntrinsics& camera, double rate_h
 /// last one.
 WalkMotion write_mav0(const ExportContext& out, bool images_within_imu = false);
 
-/// Returns whether the second gray camera sees enough of what the head camera sees to be its stereo partner.
-/// Warns if there is one that does not see enough.
+/// Returns whether the second gray camera sees enough of the head camera's view to be its stereo partner.
+/// Warns if there is a second camera that does not see enough.
 bool has_stereo(const ExportContext& out);
 
-/// Returns settings of ORB-SLAM3 (v1.0) for a camera's images. Those for the head camera include the IMU and,
-/// if there is a stereo pair, stereo. depth: a depth camera registered to the camera, for settings without
-/// IMU.
+/// Returns settings of ORB-SLAM3 (v1.0) for a camera's images. Settings for the head camera include the IMU
+/// and, if there is a stereo pair, stereo. depth: a depth camera registered to the camera, for settings
+/// without IMU.
 std::string orbslam3_settings(const ExportContext& out, int camera, std::optional<int> depth, bool inertial);
 
 }  // namespace sim::exports

@@ -47,8 +47,8 @@ std::string imu_chain(const ExportContext& out) {
   return text;
 }
 
-// OpenVINS starts once it tracks three quarters of this many corners, so this must be a number that even a
-// small image always has.
+// OpenVINS starts once it tracks three quarters of this many corners, so even a small image must always
+// have this many.
 int initial_features(const slam::CameraIntrinsics& camera) {
   constexpr double kPixels = 320 * 240, kFewest = 25, kMost = 50;
   return static_cast<int>(std::clamp(kFewest * camera.width_px * camera.height_px / kPixels, kFewest, kMost));

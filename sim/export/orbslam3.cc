@@ -49,7 +49,7 @@ bool has_stereo(const ExportContext& out) {
   if (eyes.size() < 2) return false;
   const double part = overlap(out.sensor(out.head()), out.sensor(eyes[1]), kDistance_m);
   if (part < kLeastOverlap)
-    out.run.warn(fmt::format("{} sees {:.0f} % of what the head camera sees at {} m: no stereo settings",
+    out.run.warn(fmt::format("{} sees {:.0f} % of the head camera's view at {} m: no stereo settings",
                              out.sensor(eyes[1]).name, 100 * part, kDistance_m));
   return part >= kLeastOverlap;
 }

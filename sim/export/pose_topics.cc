@@ -70,7 +70,7 @@ void PoseTopics::add_fixed_frames(const ExportContext& out) {
   const bool has_links = topics_.tf && topics_.joints && !robot_->mountings.empty();
   if (has_links) fixed_.push_back({{}, kBase, kWaist, Eigen::Isometry3d::Identity()});
   for (const rig::RigSensor& sensor : out.sensors) {
-    if (sensor.kind == rig::Kind::depth) continue;  // its frame is another camera's
+    if (sensor.kind == rig::Kind::depth) continue;  // its frame belongs to another camera
     if (has_links) {
       const RobotDescription::Mounting& mounting = robot_->mountings.at(sensor.name);
       fixed_.push_back({{}, mounting.link, frame_of(sensor), mounting.X_LC * sensor.X_CS});
@@ -145,7 +145,7 @@ void PoseTopics::write_poses(slam::Stamp t) {
   if (!true_frames.empty()) bag_.add(topics_.true_tf, t, ros::transforms(true_frames));
 }
 
-// Readings at their full rate; the links as at the last reading before each frame.
+// Writes readings at their full rate, and the links' poses at the last reading before each frame.
 void PoseTopics::write_body(slam::Stamp t) {
   std::optional<std::pair<slam::Stamp, std::vector<double>>> last;
   joints_->until(t, [&](slam::Stamp at, const std::vector<double>& q) {

@@ -7,8 +7,8 @@
 namespace sim::exports {
 namespace {
 
-// How far a camera is to the right of the head camera. 0 unless both look in the same direction side by side,
-// so that their images are rectified.
+// Returns how far a camera is to the right of the head camera, or 0 unless both look in the same direction
+// side by side, so that their images are rectified.
 double right_of_head(const rig::RigSensor& camera) {
   const Eigen::Vector3d p = camera.X_CS.translation();
   const bool parallel = camera.X_CS.linear().isIdentity(1e-9) && std::hypot(p.y(), p.z()) < 1e-9;

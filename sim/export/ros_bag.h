@@ -64,7 +64,7 @@ class PoseTopics {
   }
 
  private:
-  /// Poses in the world so far, and those to come.
+  /// Poses in the world, past and to come.
   struct Moving {
     std::vector<files::TumRow> poses;
     Topic each = {}, path = {};

@@ -13,7 +13,7 @@ namespace ros {
 /// Frames of the head camera (axes: x right, y down, z forward) and of the chest IMU.
 inline constexpr const char *kCameraFrame = "cam0_optical_frame", *kImuFrame = "imu";
 
-/// Topics of bags and of the live view: prefixes for whose they are, suffixes for what they contain.
+/// Topics of bags and of the live view: prefixes for the source, suffixes for the content.
 inline const std::string kHeadTopics = "/camera", kTrueTopics = "/ground_truth", kPlanTopics = "/plan",
                          kSlamTopics = "/slam", kImageTopic = "/image/compressed",
                          kInfoTopic = "/camera_info", kImuTopic = "/imu", kPoseTopic = "/pose";
@@ -25,13 +25,14 @@ extern const MessageType kCompressedImage, kImage, kImu, kCameraInfo, kPoseStamp
 std::string compressed_image(slam::Stamp t, const std::string& frame, std::string_view png);
 /// Returns the sensor_msgs/Image of 8-bit gray (mono8), RGB (rgb8) or depth in mm (16UC1).
 std::string image(slam::Stamp t, const std::string& frame, const cv::Mat& image);
-/// Returns the sensor_msgs/Imu of a reading, without orientation. The variances are those of one reading.
+/// Returns the sensor_msgs/Imu of a reading, without orientation. The variances apply to a single reading.
 std::string imu(const ExportedReading& reading, const std::string& frame, double gyro_variance,
                 double accelerometer_variance);
 /// Returns the sensor_msgs/CameraInfo. It states an equidistant lens; any other lens counts as no distortion.
-/// right_m: how far the camera is to the right of the other one of a stereo pair; P[3] is -fu right_m.
+/// right_m: distance of the camera to the right of the other one of a stereo pair; P[3] is -fu right_m.
 std::string camera_info(slam::Stamp t, const std::string& frame, const slam::CameraIntrinsics& camera,
                         double right_m = 0);
+/// Returns the geometry_msgs/PoseStamped of a pose X in `frame`.
 std::string pose_stamped(slam::Stamp t, const std::string& frame, const Eigen::Isometry3d& X);
 /// Returns the message, with the position first and the rotation about the world's axes. P: covariance of
 /// (orientation in the camera's axes, position in the world's), as in slam::Estimate.
@@ -46,7 +47,9 @@ struct Transform {
   std::string parent, child;
   Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
 };
+/// Returns the tf2_msgs/TFMessage.
 std::string transforms(const std::vector<Transform>& all);
+/// Returns the nav_msgs/Path of poses in `frame`.
 std::string path(slam::Stamp t, const std::string& frame, std::span<const files::TumRow> poses);
 
 /// A point and its identifier.
@@ -66,6 +69,7 @@ std::string point_cloud(slam::Stamp t, const std::string& frame, const std::vect
 /// Returns a joint state with positions (rad) only.
 std::string joint_state(slam::Stamp t, const std::vector<std::string>& names,
                         const std::vector<double>& positions);
+/// Returns the geometry_msgs/WrenchStamped of a force (N) and a torque (N·m) in the axes of `frame`.
 std::string wrench(slam::Stamp t, const std::string& frame, const Eigen::Vector3d& force_n,
                    const Eigen::Vector3d& torque_nm);
 

@@ -29,8 +29,8 @@ std::string associations(const std::vector<slam::Stamp>& images, const std::vect
   return text;
 }
 
-// A depth camera and the camera of its images: the first pair with a color camera, else the first pair.
-// Without depth: the first color camera, else the head camera.
+// A depth camera and the camera of its images: the first pair with a color camera, otherwise the first
+// pair. Without depth: the first color camera, otherwise the head camera.
 struct Rgbd {
   explicit Rgbd(const ExportContext& out) : rgb(out.head()) {
     const auto is_color = [&](int camera) { return out.sensor(camera).kind == rig::Kind::color; };
@@ -44,8 +44,8 @@ struct Rgbd {
     if (from.aligned_with != to.name)
       registration.emplace(from.camera, to.camera, to.X_CS.inverse() * from.X_CS);
     if (!is_color(rgb) && !colors.empty())
-      out.run.warn(
-          fmt::format("no color camera sees what {} sees: rgb/ has the images of {}", from.name, to.name));
+      out.run.warn(fmt::format("no color camera shares the view of {}: rgb/ has the images of {}", from.name,
+                               to.name));
   }
 
   cv::Mat registered(const cv::Mat& image) const { return registration ? (*registration)(image) : image; }

@@ -32,19 +32,19 @@ void write_all(int fd, const fs::path& file, std::string_view bytes);
 /// Throws a FileError if this name, or the target of a link of this name, exists and is not a regular file.
 void require_regular(const fs::path& file);
 
-/// The only way in which results get their names: flushes a file or a folder to disk, renames it and flushes
-/// the folder that contains it. A marked folder of that name is renamed to .<target>.old, and removed at
-/// last. Both paths are in one folder's file system. Throws FileError.
+/// Publishes a result: flushes a file or a folder to disk, renames it and flushes the folder that contains
+/// it. An existing marked folder is first renamed to .<target>.old and removed at the end. Both paths must
+/// be on the same file system. Throws FileError.
 void publish(const fs::path& written, const fs::path& target);
 
 /// Writes a temporary sibling, .<file>.partial, and publishes it. Keeps an existing file's permissions.
 /// Throws FileError, as require_regular() does; `file` is then unchanged.
 void write_atomically(const fs::path& file, std::string_view bytes);
 
-/// A text file in each folder that the program made.
+/// The name of a text file in each folder created by the program.
 inline constexpr const char* kMarker = ".gaitslam";
 
-/// Returns whether the program made the folder. Symbolic links count as neither folders nor markers.
+/// Returns whether the program created the folder. Symbolic links count as neither folders nor markers.
 bool has_marker(const fs::path& folder);
 
 /// Throws a FileError unless the folder is missing, empty, or has a marker. Symbolic links and files are
@@ -54,7 +54,7 @@ void require_replaceable(const fs::path& folder);
 /// Creates the folder if it is missing, and its marker. Throws FileError, as require_replaceable() does.
 void mark_folder(const fs::path& folder);
 
-/// Removes a marked folder, its marker last. What cannot be removed stays.
+/// Removes a marked folder, its marker last. Keeps files that cannot be removed.
 void remove_marked(const fs::path& folder);
 
 /// Removes the temporary siblings (.X.partial, .X.old) in `folder` that killed processes left behind, except
@@ -66,7 +66,7 @@ void remove_leftovers(const fs::path& folder);
 /// rejected.
 class AtomicFolder {
  public:
-  /// Creates the temporary folder, without what a killed process left in it, and the parents it needs. Throws
+  /// Creates the temporary folder, emptied of anything left by a killed process, and its parents. Throws
   /// FileError if that fails, if another process is creating the same target, or if `target` cannot be
   /// replaced.
   explicit AtomicFolder(fs::path target);

@@ -42,8 +42,8 @@ class Row {
   std::vector<std::string_view> fields_;
 };
 
-/// Reads a file line by line. The first line is the header; every other line must have as many fields, quoted
-/// as in RFC 4180 but without line breaks. All members throw FileError.
+/// Reads a file line by line. The first line is the header; every other line must have the same number of
+/// fields, quoted as in RFC 4180 but without line breaks. All members throw FileError.
 class CsvReader : public Row {
  public:
   /// A file written by the program: the first line must be one of `headers`, and each line ends with a line

@@ -14,8 +14,8 @@ constexpr std::string_view kBlank = " \t\r\"";
 
 using enum Quantity;
 
-/// Names of columns without their axis (w, x, y or z), each between spaces; in lower case, with '.' for '/',
-/// and without what is before the last two words with a dot between them (/odom/pose/position/x).
+/// Names of columns in lower case, each between spaces, without their axis (w, x, y or z) and with '.' for
+/// '/'. Of a dotted name such as /odom/pose/position/x, only the last two words count.
 constexpr std::pair<Quantity, std::string_view> kStems[] = {
     {position, "  t p p_ p_rs_r_ position. position_ "},
     {orientation, " q q_ q_rs_ orientation. orientation_ "},
@@ -23,13 +23,13 @@ constexpr std::pair<Quantity, std::string_view> kStems[] = {
     {acceleration, " a a_ a_rs_s_ acc_ linear_acceleration. linear_acceleration_ "}};
 constexpr std::string_view kElements = "pr11pr12pr13pr22pr23pr33pt11pt12pt13pt22pt23pt33";
 
-/// Names of stamps: their unit is in the title. Of those that define it, the first is PlotJuggler's and the
-/// others are those of ROS; two of these are a stamp in two columns.
+/// Names of stamps whose unit is in the title, and names that define it: the first is PlotJuggler's, the
+/// others are ROS names, of which two pairs are a stamp in two columns.
 constexpr std::string_view kStamps = " t time timestamp stamp ";
 constexpr std::pair<std::string_view, double> kStampsWithUnit[] = {
     {" __time ", 1e9}, {" field.header.stamp ", 1}, {" sec secs ", 1e9}, {" nanosec nsecs ", 1}};
 
-/// Units. A name without unit is in the first one, but a stamp must have one.
+/// Units. A name without a unit has the first one, but a stamp must state its unit.
 constexpr struct {
   Quantity quantity;
   std::string_view unit;
@@ -264,7 +264,8 @@ std::vector<Column> Table::columns(Quantity quantity) const {
 
 std::vector<Column> Table::required(Quantity quantity) const {
   std::vector<Column> found = columns(quantity);
-  if (found.empty()) fail(fmt::format("no column is the {}", kWords[static_cast<std::size_t>(quantity)]));
+  if (found.empty())
+    fail(fmt::format("no column contains the {}", kWords[static_cast<std::size_t>(quantity)]));
   return found;
 }
 
@@ -284,7 +285,7 @@ nanoseconds Table::stamp(const TableRow& row, const std::vector<Column>& columns
   const Column& first = columns.at(0);
   row.number(first.field);
   const auto t = parse_stamp(row.text(first.field), first.factor);
-  if (!t) fail(fmt::format("a time of {} in its unit is more than 9e9 s", row.text(first.field)));
+  if (!t) fail(fmt::format("the time {} in its unit is more than 9e9 s", row.text(first.field)));
   if (columns.size() == 1) return *t;
   const auto rest = parse_number<std::int64_t>(row.text(columns[1].field));
   if (!rest || *rest < 0 || *rest >= 1'000'000'000 || t->count() % 1'000'000'000 != 0)

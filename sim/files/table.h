@@ -8,7 +8,7 @@
 
 namespace sim::files {
 
-/// Returns a decimal number of a unit, including one such as 1.4e+18, in ns: exactly, unlike a double.
+/// Returns a decimal number in some unit (1.4e+18 is accepted) converted to ns exactly, unlike a double.
 /// Returns nothing if the text is not a number or the time is more than 9e18 ns.
 std::optional<std::chrono::nanoseconds> parse_stamp(std::string_view text, double ns_per_unit);
 
@@ -35,10 +35,11 @@ class TableRow : public Row {
 };
 
 /// An external table in UTF-8. Columns are separated by semicolons, tabs, commas or spaces; decimal commas
-/// are read beside semicolons and tabs. Lines that start with # or % are comments, except the header.
+/// are accepted if the separator is a semicolon or a tab. Lines that start with # or % are comments, except
+/// the header.
 class Table {
  public:
-  /// Returns what a table should have been like, for an error.
+  /// Describes the expected table in an error message.
   using Expected = std::string (*)(const Table& table);
 
   /// columns: names of the columns in order, as in "t[ns] x[mm] y[mm] - qw"; they replace the header. Throws
@@ -72,7 +73,7 @@ class Table {
     std::string name, unit;
     std::optional<Quantity> quantity = {};  // absent: unknown name
     std::size_t axis = 0;                   // place in columns()
-    double factor = 1;                      // of a name that defines its unit; 0: the unit must be stated
+    double factor = 1;                      // from a name that defines its unit; 0: the unit must be stated
   };
   Title parse(std::string_view text) const;
   std::vector<Title> titles_of(std::string_view line, char separator) const;

@@ -1,5 +1,5 @@
-// Whole text files and pieces of them, names of files within a folder, the exception that all readers and
-// writers throw, and text and tables for a terminal.
+// Reading and writing text files, whole or in pieces; names of files within a folder; the exception
+// thrown by all readers and writers; text and tables for a terminal.
 #pragma once
 
 #include <fmt/core.h>
@@ -95,8 +95,8 @@ class Descriptor {
 inline constexpr const char* kNotRegular =
     "is not a regular file, expected one: pipes, devices and sockets are not read";
 
-// Largest sizes in bytes: more than anything written by a person or by an hour of walking at the highest
-// rates.
+// Maximum sizes in bytes: larger than any file written by a person or by an hour of walking at the
+// highest rates.
 inline constexpr std::uintmax_t kMostOfYaml = 1 << 20, kMostOfJson = 64 << 20, kMostOfImage = 256 << 20;
 /// Files that are read into memory whole, such as trajectories and logs.
 inline constexpr std::uintmax_t kMostOfText = std::uintmax_t{2} << 30;
@@ -137,7 +137,7 @@ std::optional<Number> parse_number(std::string_view text) {
   return value;
 }
 
-/// Returns parse_number() if the number is neither infinite nor NaN; else nothing.
+/// Returns parse_number() if the number is neither infinite nor NaN, otherwise nothing.
 inline std::optional<double> parse_finite(std::string_view text) {
   const auto value = parse_number<double>(text);
   return value && std::isfinite(*value) ? value : std::nullopt;
@@ -161,7 +161,7 @@ fs::path contained_path(const fs::path& folder, std::string_view name);
 
 inline constexpr std::size_t kTerminalWidth = 100;
 
-/// naming: how many of the first columns say what a row is about. The first column is left-aligned, all
+/// naming: how many of the first columns identify a row. The first column is left-aligned, all
 /// others are right-aligned.
 struct TableShape {
   std::size_t naming = 1;

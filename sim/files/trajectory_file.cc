@@ -92,7 +92,7 @@ struct PoseColumns {
     return P;
   }
 
-  // Returns whether a program that was lost wrote a row without a position.
+  // Returns whether a row has no position, as written by some programs while they are lost.
   bool lacks_position(const TableRow& row) const {
     return std::ranges::all_of(position, [&](const Column& column) {
       const auto value = parse_number<double>(row.text(column.field));
@@ -128,13 +128,13 @@ TrajectoryFile read_poses(const Table& table) {
     }
     const nanoseconds t = table.stamp(row, columns.stamp);
     if (&row == &table.rows().back() && read.rows.size() > 1 && t == read.rows.back().t) {
-      warn(read, "its last pose repeats the previous stamp and is left out");
+      warn(read, "its last pose repeats the previous stamp and is skipped");
       continue;
     }
     const Eigen::Isometry3d X = columns.pose(row);
     add(read, row, {{t, X}, columns.covariance_of(row)});
   }
-  if (lost > 0) warn(read, counted(lost, "line") + " without a position left out");
+  if (lost > 0) warn(read, counted(lost, "line") + " without a position skipped");
   if (read.rows.empty()) throw FileError(table.file(), "contains no pose: every position is missing or NaN");
   return read;
 }
@@ -171,7 +171,7 @@ TrajectoryFile read(Table& table) {
     const bool spaces = table.separator() == ' ';
     if (spaces && table.width() == 12) return read_kitti(table);
     if (table.separator() == ',')
-      table.fail("no header names the columns that commas separate (decimal commas need semicolons or tabs)");
+      table.fail("no header names the comma-separated columns (decimal commas need semicolons or tabs)");
     if (!spaces || (table.width() != 8 && table.width() != 20)) table.fail("no header names its columns");
     table.name(table.width() == 8 ? kTum : kTumCovariance);
   }

@@ -45,15 +45,15 @@ struct TrajectoryFile {
   std::vector<std::string> columns;  ///< their names with units, for --columns; empty: KITTI
   std::vector<TumRow> rows;
   std::array<std::size_t, 3> position{};    ///< places in `columns`
-  bool counts_frames = false;               ///< the stamps are frame numbers, as KITTI without times
-  std::optional<std::string> warning = {};  ///< what was left out and why, if anything
-  bool has_orientation = true;              ///< else all rotations are the identity
+  bool counts_frames = false;               ///< the stamps are frame numbers, as for KITTI without times
+  std::optional<std::string> warning = {};  ///< describes omitted rows, if any, and why
+  bool has_orientation = true;              ///< otherwise all rotations are the identity
 };
 
-/// Reads a trajectory. `columns` names its columns (see Table); else a header does; else it is TUM, in s (8
-/// numbers between spaces, or 20 with covariance), or KITTI (12; stamps from times.txt beside it, else frame
-/// numbers). A last pose that repeats the previous stamp is left out. Throws FileError, including if other
-/// stamps do not increase.
+/// Reads a trajectory. `columns` or else a header names the columns (see Table). Without either, the file
+/// is TUM, in s (8 numbers separated by spaces, or 20 with covariance), or KITTI (12; stamps from times.txt
+/// next to it, or else frame numbers). A last pose that repeats the previous stamp is skipped. Throws
+/// FileError, including if other stamps do not increase.
 TrajectoryFile read_trajectory(const fs::path& file, const std::string& columns = {});
 
 /// Interpolates the position linearly and the orientation along the shortest turn.

@@ -26,7 +26,7 @@ struct Yaml {
   enum class Kind { empty, scalar, list, map };
   Kind kind = Kind::empty;
   std::string text;     ///< text of a scalar
-  bool quoted = false;  ///< a quoted scalar is text, whatever it looks like
+  bool quoted = false;  ///< a quoted scalar is always text
   Origin origin;
   std::vector<Yaml> keys, items;
 
@@ -55,8 +55,8 @@ Yaml parse_yaml(std::string_view text, const Origin& origin, YamlWriter writer =
 /// Returns the text as a YAML scalar that reads back as the same text.
 std::string quote_if_needed(std::string_view text);
 
-/// "; did you mean 'x'?" for the candidate nearest to the typed word, else the first one that contains it,
-/// else "".
+/// "; did you mean 'x'?" for the candidate nearest to the typed word, otherwise the first one that
+/// contains it, otherwise "".
 std::string did_you_mean(std::string_view typed, std::span<const std::string_view> candidates);
 inline std::string did_you_mean(std::string_view typed, const std::vector<std::string>& candidates) {
   return did_you_mean(typed, std::vector<std::string_view>(candidates.begin(), candidates.end()));

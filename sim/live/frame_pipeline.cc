@@ -17,9 +17,9 @@ using std::chrono::nanoseconds;
 
 namespace {
 
-constexpr std::size_t kInFlight = 4;  // frames being drawn or waiting while the walk goes on
+constexpr std::size_t kInFlight = 4;  // frames being drawn or waiting while the walk continues
 
-// Camera options for the item: those of a head camera with another mount and type.
+// Returns camera options for the item: the head camera's with a different mount and type.
 camera::CameraOptions options_of(const rig::GrayEye& eye, camera::CameraOptions head) {
   static_cast<rig::Mount&>(head) = eye;
   head.position_m += rig::pose(eye).linear() * Eigen::Vector3d(0, -eye.baseline_m, 0);
@@ -33,7 +33,7 @@ camera::CameraOptions options_of(const rig::ColorCamera& color) {
   return options;
 }
 
-// Read with the camera it is aligned with, or by RigImus.
+// Returns whether a sensor is read with the camera that it is aligned with, or by RigImus.
 bool is_read_elsewhere(const rig::Item& item) {
   return std::holds_alternative<rig::DepthCamera>(item) || std::holds_alternative<rig::Imu>(item);
 }
@@ -47,7 +47,7 @@ std::optional<std::size_t> depth_of(const std::vector<rig::Item>& rig, const std
 
 }  // namespace
 
-// Made, used and destroyed by its worker.
+// Created, used and destroyed by its worker.
 class FramePipeline::Sensor {
  public:
   // index: in the rig; none for the head camera, which the models already contain. A second eye shares the
@@ -197,7 +197,7 @@ void FramePipeline::draw_complete(nanoseconds t) {
   }
 }
 
-// Each sensor's readings in order of time, one sensor after another.
+// Returns the readings sensor by sensor, each in chronological order.
 Frame FramePipeline::pop() {
   Drawn drawn = std::move(drawn_.front());
   drawn_.pop_front();

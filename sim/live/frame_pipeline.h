@@ -1,5 +1,5 @@
-// Frames from their stamps until their images are drawn, with the readings of cameras and lidars, each of
-// which sees the walk at its own rate.
+// Handles frames from their stamps until their images are drawn, and the readings of cameras and lidars,
+// each at its own rate.
 #pragma once
 
 #include <condition_variable>

@@ -64,8 +64,8 @@ void print_robot(const walking::Robot& robot, const Print& print) {
   }
 }
 
-/// Places of the sole around its place in the start posture: 0.15 of the base's height ahead and back, 0.1 to
-/// the side, and up.
+/// Returns the fraction of sole poses around the start posture that a leg reaches: 0.15 of the base's
+/// height ahead and back, 0.05 inward, 0.1 outward and 0.1 up, turned by up to 0.2 rad.
 double reached_share(const walking::Robot& robot, walking::Side side) {
   const walking::LegVector start = leg_angles(robot.leg(side), robot.posture);
   const Eigen::Isometry3d X_BS = sole_in_base(robot, side, start);

@@ -49,7 +49,7 @@ Eigen::Isometry3d planned_waist(const walking::Reference& from, const walking::R
   return walking::pose_between(from.X_PB, to.X_PB, (t_s - from.t_s) / walking::kPeriod);
 }
 
-/// The planned motion of a camera fixed to the waist at X_BC. Its velocities are those of the tick before t.
+/// The planned motion of a camera fixed to the waist at X_BC. Its velocities are taken at the tick before t.
 slam::PlannedMotion planned_motion(const walking::Reference& from, const walking::Reference& to, double t_s,
                                    const Eigen::Isometry3d& X_BC) {
   slam::PlannedMotion motion;
@@ -96,7 +96,7 @@ scenario::Ending ending(physics::Condition condition) {
   return kEndings[static_cast<std::size_t>(condition)];
 }
 
-/// The rig's further IMUs, each read at its own period.
+/// The rig's additional IMUs, each read at its own period.
 class RigImus {
  public:
   RigImus(const std::vector<rig::Item>& rig, const std::vector<physics::Place>& places,
@@ -131,8 +131,8 @@ class RigImus {
   std::vector<Imu> imus_;
 };
 
-/// The walking robot, its own sensors, and what it computes from them: noisy readings for the stabilizer, and
-/// leg odometry.
+/// The walking robot, its own sensors, and the quantities computed from them: noisy readings for the
+/// stabilizer, and leg odometry.
 class SensingRobot {
  public:
   SensingRobot(const scenario::Scenario& scenario, std::unique_ptr<controllers::Controller> controller,
@@ -154,7 +154,8 @@ class SensingRobot {
   const physics::WalkingRobot* operator->() const { return &robot_; }
   const walking::LegOdometry& legs() const { return legs_; }
   const Mounting& mounting() const { return mounting_; }
-  /// The camera at t = 0 as the robot knows it: by its plan, or by its legs since it was released.
+  /// Returns the camera pose at t = 0 as known to the robot: from its plan, or from its legs since it was
+  /// released.
   Eigen::Isometry3d start() const {
     if (robot_.controller().has_plan()) return robot_.reference().X_PB * mounting_.X_BC;
     const physics::World& world = robot_.world();

@@ -35,8 +35,8 @@ struct RunObserver {
   std::function<void(const slam::Observation& ideal, const tracking::Tracking* tracking)> tracked = {};
 };
 
-/// Walks the scenario and leaves a complete result folder, however the walk ends. place: where models are and
-/// where results go. threads: 2 draws images in parallel with the walk; the result is the same, with or
+/// Walks the scenario and leaves a complete result folder for any ending of the walk. place: the folders of
+/// models and results. threads: 2 draws images in parallel with the walk; the result is the same, with or
 /// without an observer. Throws std::invalid_argument or std::runtime_error if the scenario cannot be started
 /// (a walk that cannot be planned, a model that does not load, a folder that cannot be written), and
 /// ConfigError if the planned walk comes too close to its room. Then no folder is left behind.
@@ -48,9 +48,9 @@ result::Outcome run(const scenario::ReadScenario& scenario, const result::Result
 std::optional<walking::PatternGenerator> check(const scenario::ReadScenario& scenario,
                                                const std::filesystem::path& models);
 
-/// Prints line by line what was read, how much of a leg's workspace inverse kinematics reaches, and how 5 s
-/// of standing and steps in place end. Returns whether all is well. For a robot that cannot be read, throws
-/// std::runtime_error or std::invalid_argument with a one-line message.
+/// Prints, line by line, the data read, the fraction of a leg's workspace that inverse kinematics reaches,
+/// and the outcome of 5 s of standing and of steps in place. Returns whether all is well. For a robot that
+/// cannot be read, throws std::runtime_error or std::invalid_argument with a one-line message.
 bool check_robot(const std::filesystem::path& folder, const std::function<void(const std::string&)>& print);
 
 /// Answers the messages of gaitslam_walker.h on standard input and output, using the pattern generator and

@@ -11,11 +11,11 @@
 
 namespace sim::live {
 
-/// Integrates gyro and accelerometer twice with the trapezoidal rule (which is not the inverse of the formula
-/// of the readings): at each reading, and at every second reading. The difference between the two shows the
+/// Integrates gyro and accelerometer with the trapezoidal rule (which is not the inverse of the readings'
+/// formula) twice: using all readings, and using every second one. The difference between the two shows the
 /// error due to the step length, which grows with the robot's vibration. An integration of 30 s starts at the
 /// truth every 10 s. All of them restart after a reading of more than 50 m/s², because its mean does not show
-/// how a blow was distributed.
+/// how an impact was distributed over time.
 struct InertialCheck {
   explicit InertialCheck(const recording::TrueMotion& start) : integrations{{start, start}} {}
 

@@ -34,11 +34,12 @@ void mount_sensors(const scenario::ReadScenario& read, physics::Models& models);
 /// Returns where a scenario's rig items are on the robot; a depth camera is where the head camera is.
 std::vector<physics::Place> places(const std::vector<rig::Item>& rig, const mjModel_& model);
 
-/// Where head camera and chest IMU are on the robot in its start posture, in the nominal model.
+/// Places of head camera and chest IMU on the robot in its start posture, in the nominal model.
 struct Mounting {
   Eigen::Isometry3d X_BC, X_CG;
   std::vector<Eigen::Isometry3d> X_CL;  ///< the rig's items (axes: forward, left, up) in the camera's frame
 };
+/// Returns the places in the start posture of `start`.
 Mounting mounting(const scenario::Scenario& scenario, const controllers::Controller& start,
                   const physics::Models& models);
 

@@ -1,4 +1,4 @@
-// What steering uses: the newest estimate of the robot's place that is old enough.
+// The input of steering: the newest estimate of the robot's place that is old enough.
 #pragma once
 
 #include <Eigen/Geometry>

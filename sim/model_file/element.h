@@ -59,6 +59,7 @@ std::string text_of(const auto& numbers) {
 /// Returns the root of a file. Throws FileError if it cannot be read or is not XML.
 Element read_xml(const std::filesystem::path& file);
 
+/// Returns the element and everything in it as indented XML.
 std::string to_xml(const Element& element);
 
 }  // namespace sim::model_file

@@ -12,7 +12,7 @@ namespace {
 namespace fs = std::filesystem;
 using std::string_view;
 
-/// Attributes of newer library versions that the bench can do without; "": of any element.
+/// Attributes of newer library versions that the bench does not need; "": for any element.
 constexpr std::pair<string_view, string_view> kDropped[]{{"joint", "actuatorgravcomp"},
                                                          {"freejoint", "align"},
                                                          {"mesh", "content_type"},
@@ -66,7 +66,7 @@ fs::path asset_file(const fs::path& model, const Element& compiler, const Elemen
   const std::string folder = compiler.get(compiler.find(kind) ? kind : "assetdir");
   std::error_code fault;
   fs::path file = model.parent_path() / folder / name;
-  if (!fs::exists(file, fault)) file = asset.file->parent_path() / folder / name;  // of an included file
+  if (!fs::exists(file, fault)) file = asset.file->parent_path() / folder / name;  // in an included file
   return fs::absolute(file).lexically_normal();
 }
 
@@ -103,7 +103,7 @@ void expand(Element& element, const fs::path& main_folder, std::set<fs::path>& r
   element.children = std::move(expanded);
 }
 
-/// Returns what a default class and the classes above it give to meshes as `scale`, or nullptr.
+/// Returns the mesh `scale` set by a default class or the classes above it, or nullptr.
 const std::string* class_scale(const Element& parent, string_view wanted, const std::string* above) {
   for (const Element& child : parent.children)
     if (child.name == "mesh" && child.find("scale")) above = child.find("scale");
@@ -159,7 +159,7 @@ class Reader {
     return found;
   }
 
-  /// Drops everything in the world but the robot.
+  /// Drops everything in the world except the robot.
   void keep_robot(string_view base) {
     const Element* robot = nullptr;
     for (const Element& world : root_.children)
@@ -249,7 +249,7 @@ class Reader {
       }
   }
 
-  /// Drops, marks or rejects what the library does not know and what the bench does not use.
+  /// Drops, marks or rejects parts that the library does not know or the bench does not use.
   void prepare(Element& parent) {
     std::erase_if(parent.children, [&](const Element& child) {
       const bool is_look = child.name == "camera" || (child.name == "light" && !room_);
@@ -366,7 +366,8 @@ class Reader {
       root_.add("option").add("flag", {{"contact", "disable"}});  // too many for the library's buffer
   }
 
-  /// Drops what only newer library versions know and the bench can do without. Rejects anything else unknown.
+  /// Drops parts that only newer library versions know and the bench does not need. Rejects anything else
+  /// unknown.
   void check(Element& element, const Schema::Known& known) {
     std::erase_if(element.attributes, [&](const auto& attribute) {
       if (known.attributes.contains(attribute.first)) return false;
@@ -397,7 +398,7 @@ class Reader {
   std::set<std::string> gone_;             // joints that are not the robot's
 };
 
-/// The library reads such numbers as others, without an error.
+/// The library misreads such numbers without an error.
 void require_finite(const Element& element) {
   for (const auto& [name, value] : element.attributes) {
     std::istringstream words(value);

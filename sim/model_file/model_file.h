@@ -26,7 +26,7 @@ class Schema {
   Known root_;
 };
 
-/// What happened to parts of a file that the library or the bench cannot use unchanged.
+/// The treatment of parts of a file that the library or the bench cannot use unchanged.
 enum class Fate { kept_aside, dropped, converted, doubtful };
 struct Note {
   Fate fate;
@@ -38,8 +38,8 @@ struct Note {
 using Packages = std::map<std::string, std::filesystem::path>;
 
 struct ModelFile {
-  /// MJCF or URDF that the library loads, with absolute paths, without what it does not know. Of the world it
-  /// has only the robot, or all shapes of a room. The marks below stand for what it does not know.
+  /// MJCF or URDF that the library loads, with absolute paths and only known elements and attributes. It
+  /// contains only the robot, or all shapes of a room. The marks below stand for unknown parts.
   Element root;
   std::vector<Element> assets;  ///< meshes, textures and height fields in MJCF: named, scaled, absolute paths
   std::vector<Note> notes;

@@ -11,8 +11,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::string_view kPackage = "package://", kFile = "file://";
-constexpr char kWorld[] = "world";  // the link that the library takes for the world
-constexpr double kPoint = 1e-12;    // kg m^2: a point, up to rounding errors
+constexpr char kWorld[] = "world";  // the link that the library treats as the world
+constexpr double kPoint = 1e-12;    // kg m^2: smaller moments of inertia are rounding errors of a point mass
 
 std::string required(const Element& element, std::string_view attribute) {
   if (!element.find(attribute)) reject(element, attribute, "is missing");
@@ -62,7 +62,7 @@ class Urdf {
     return found ? found->get("link") : "";
   }
 
-  /// The library reports what else is wrong with the tree.
+  /// The library reports other errors in the tree.
   void find_root() {
     std::set<std::string> below;
     std::vector<Element*> roots;
@@ -151,13 +151,14 @@ class Urdf {
       const auto effort = numbers(*limit, "effort", 1, 1);
       if (!effort.empty() && effort[0] > 0) model_.efforts[name] = effort[0];
       if (!effort.empty() && effort[0] <= 0 && joint.get("type") != "fixed")
-        note(Fate::doubtful, "limit effort 0: taken for no limit, expected the largest torque", *limit);
+        note(Fate::doubtful, "limit effort 0: treated as no limit, expected the largest torque", *limit);
     }
     if (const Element* const mimic = joint.child("mimic"))
       note(Fate::dropped, "joint mimic: each joint has a servo", *mimic);
   }
 
-  /// Gives each file, at each scale, a name of its own: the library goes by the file's name alone.
+  /// Gives each file, at each scale, its own name, because the library distinguishes meshes only by file
+  /// name.
   void prepare_mesh(Element& mesh) {
     const fs::path file = file_of(mesh, required(mesh, "filename"));
     require_readable(mesh, "filename", file);
@@ -190,8 +191,9 @@ class Urdf {
     return (folder / name).lexically_normal();
   }
 
-  /// The folder of a package is that of robot.yaml, or a folder of its name among the URDF's folders and
-  /// beside them. If all meshes are of one package, its folder may have another name.
+  /// Returns a file of a package, whose folder is given in robot.yaml or has the package's name and
+  /// is, or is in, a folder above the URDF. If all meshes belong to one package, its folder may have a
+  /// different name.
   fs::path package_file(const Element& mesh, const std::string& package, const std::string& inside) const {
     if (const auto known = packages_.find(package); known != packages_.end())
       return known->second.string() + inside;
@@ -202,13 +204,13 @@ class Urdf {
         if ((!renamed || named_.size() == 1) && fs::exists(root.string() + inside)) {
           if (renamed)
             add_note(model_.notes, Fate::converted,
-                     fmt::format("package '{}': taken to be {}", package, root.string()), mesh);
+                     fmt::format("package '{}': assumed to be {}", package, root.string()), mesh);
           return root.string() + inside;
         }
       }
     reject(
         mesh, "filename",
-        fmt::format("no folder above this file, or beside one, is the package '{0}' with {1}, expected its "
+        fmt::format("no folder above this file, or inside one, is the package '{0}' with {1}, expected its "
                     "folder in robot.yaml: packages: {{{0}: FOLDER}}",
                     package, inside));
   }

@@ -16,11 +16,11 @@
 
 namespace sim::pages {
 
-inline constexpr double kSigmas = 3;  ///< of every ellipse and ellipsoid
+inline constexpr double kSigmas = 3;  ///< size of every ellipse and ellipsoid
 
 /// A foot on the ground.
 struct FootPlace : recording::TrueFoot {
-  std::optional<Eigen::Vector3d> landed{};  ///< where it last landed; absent while in the air
+  std::optional<Eigen::Vector3d> landed{};  ///< place where it last landed; absent while in the air
 };
 
 /// Unknown parts are absent or empty.
@@ -29,7 +29,7 @@ struct Frame {
   cv::Mat image = {};              ///< 8-bit gray
   std::vector<float> bodies = {};  ///< poses of the robot's bodies: position, quaternion (x, y, z, w)
   std::optional<Eigen::Isometry3d> truth = {}, plan = {}, estimate = {};  ///< X_WC; plan: X_PC
-  std::optional<files::Matrix6d> covariance = {};     ///< of the estimate, as in slam::Estimate
+  std::optional<files::Matrix6d> covariance = {};     ///< covariance of the estimate, as in slam::Estimate
   std::optional<std::array<FootPlace, 2>> feet = {};  ///< left, right
   std::optional<Eigen::Vector2d> zmp = {};            ///< m on the ground
   std::vector<cv::Point2f> support = {};              ///< corners of the support polygon, in W

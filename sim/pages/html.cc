@@ -22,7 +22,7 @@ namespace {
 
 constexpr double kMargin = 0.05;  // fraction of the range, on both sides
 constexpr double kLeft = 72, kRight = 14, kBottom = 46;
-constexpr double kLine = 18, kTitleLeft = 8, kCharacter = 7.6, kLegendMark = 26;  // px of title and legend
+constexpr double kLine = 18, kTitleLeft = 8, kCharacter = 7.6, kLegendMark = 26;  // px, of title and legend
 
 const char* role_name(Role role) {
   constexpr const char* kNames[] = {"truth", "plan", "estimate", "first", "second", "third"};
@@ -50,7 +50,7 @@ std::vector<double> decades(double low, double high) {
 
 std::string tick_text(double value) { return fmt::format("{:.6g}", std::abs(value) < 1e-12 ? 0 : value); }
 
-/// Returns a color twice: plain, for programs without support for CSS variables, then as the page defines it.
+/// Returns a color twice: plain, for programs without support for CSS variables, then as defined by the page.
 std::string color(const std::string& property, const std::string& variable, const std::string& plain) {
   return fmt::format("{0}:{2};{0}:var(--{1},{2})", property, variable, plain);
 }
@@ -137,7 +137,7 @@ std::string grid(const Axes& axes) {
   return svg;
 }
 
-/// Returns a path through the points, without those less than half a pixel from the previous one.
+/// Returns a path through the points, omitting points less than half a pixel from the previous one.
 std::string path(const Axes& axes, const std::vector<double>& x, const std::vector<double>& y) {
   std::string d;
   double last_x = -1e9, last_y = -1e9;
@@ -208,7 +208,7 @@ std::string lines_svg(const Figure& figure, const Axes& axes) {
                        axes.y.end);
   add(figure.lines);
   svg += fmt::format("</svg><rect class='frame' {}/>", place);
-  double y = axes.y.end;  // names are stacked, so that those of neighboring moments do not overlap
+  double y = axes.y.end;  // names are stacked, so that names of neighboring moments do not overlap
   for (const Mark& moment : figure.moments)
     svg += text(axes.x.at(moment.at) + 4, y += 14, moment.name, "class='moment'");
   return svg;

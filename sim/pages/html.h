@@ -78,14 +78,14 @@ struct Axis {
 /// none.
 Axis axis_of(const std::vector<const std::vector<double>*>& values, bool logarithmic);
 
-/// What surrounds a drawing. titled: title and legend; untitled: only a legend; page: neither, because the
-/// page has figure_style(), a caption and a legend, but the axes as attributes for the cursor of
+/// The surroundings of a drawing. titled: title and legend; untitled: only a legend; page: neither, because
+/// the page has figure_style(), a caption and a legend, but the axes as attributes for the cursor of
 /// web/figures.js.
 enum class Surroundings { titled, untitled, page };
 /// Returns an SVG document of this size (px, 96 per inch).
 std::string to_svg(const Figure& figure, double width, double height,
                    Surroundings surroundings = Surroundings::titled);
-/// Returns the CSS for drawings: plain colors, overridden by those of the page if it defines them.
+/// Returns the CSS for drawings: plain colors, overridden by the page's own colors if it defines them.
 std::string figure_style();
 
 /// Returns the bytes in Base64 (RFC 4648).

@@ -161,12 +161,14 @@ std::string run_sections(const RunData& run, const std::string& prefix, const st
 /// ones. Throws FileError if a run's file is broken.
 std::string runs_page(const std::vector<RunData>& runs, const std::vector<std::string>& metrics = {});
 
+/// Returns whether a folder contains a sweep: scores.jsonl and trials.jsonl.
 bool is_sweep(const fs::path& folder);
 /// Returns the page of a sweep, by scenario: medians over each numeric key as lines, one for each combination
 /// of the other keys' values or a single one with the trials as dots; and the worst seed of each setting.
 /// Throws FileError.
 std::string sweep_page(const fs::path& folder);
 
+/// Returns whether a folder contains a tuning: tune.json and history.csv.
 bool is_tuning(const fs::path& folder);
 /// Returns the page of a tuning: parameters, training and hold-out runs, and the search. Throws FileError.
 std::string tune_page(const fs::path& folder);
@@ -195,8 +197,8 @@ inline const std::vector<PaperExperiment> kPaperExperiments{
 
 /// The runs of each experiment, by name.
 using PaperRuns = std::map<std::string, std::vector<RunData>>;
-/// A row of the table: what is compared (with the paper's section), and both results. agreement: "agrees",
-/// "better", "differs", or empty if the results cannot be compared.
+/// A row of the table: the compared quantity (with the paper's section), and both results. agreement:
+/// "agrees", "better", "differs", or empty if the results cannot be compared.
 struct PaperRow {
   std::string what, paper, bench = "not run", agreement = "";
 };

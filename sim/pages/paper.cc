@@ -30,7 +30,7 @@ std::string range_text(const std::vector<double>& values, const std::string& uni
                      score::quantile(values, 0), score::quantile(values, 1));
 }
 
-/// What a number of the paper is: a value of a walk to be repeated; an error, where less is better; or a
+/// The kind of a number in the paper: a value to be reproduced, an error (smaller is better), or a
 /// bound.
 enum class Kind { value, error, bound };
 
@@ -93,7 +93,7 @@ constexpr Closure kClosures[]{
      "regions; the paper also closed it with only the minimum number of landmarks"},
     {"perpendicular_circle", "Experiment 2, GaitSLAM's filter", "closed, by 3 landmarks", Expected::closes},
     {"vision_gyro_known_landmarks", "Experiment 1, vision and gyro, known landmarks (V-A.1)",
-     "closed; quality of the trajectory insufficient", Expected::closes},
+     "closed; trajectory quality insufficient", Expected::closes},
     {"vision_only", "Experiment 1, vision only (V-A)", "did not close", Expected::fails},
     {"hall_paper", "The hall, the paper's filter (V)", "fails: landmarks at 10 to 12 m", Expected::fails,
      "the map is equally wrong here (landmarks by meters, the path by 100 mm), but on a circle of 0.75 m "
@@ -204,7 +204,7 @@ constexpr double kKnown = 0.3;  // standard deviation by mean: Davison 2003
 struct Hypotheses {
   Column depth, probability;
 };
-using History = std::map<double, Hypotheses>;  // of a landmark, by time
+using History = std::map<double, Hypotheses>;  // a landmark's hypotheses by time
 
 double relative_sigma(const Hypotheses& h) {
   double mean = 0, square = 0;
@@ -261,7 +261,7 @@ constexpr const char* kHowToRead =
     "landmarks are recognized after the camera has been elsewhere. ATE is the root mean square position "
     "error after SE(3) alignment.</p>\n";
 
-// Figures 3 (a, d) and 4: what the paper's filter searches for in its images.
+// Figures 3 (a, d) and 4: searches of the paper's filter in its images.
 std::string head_views(const PaperRuns& runs) {
   const std::vector<RunData>& shown = runs_of(runs, "tangent_circle_paper");
   const std::string strip = shown.empty() ? "" : picture_strip(shown.front(), kHeadViews);

@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 std::vector<fs::path> image_files(const std::vector<Frame>& frames, const fs::path& recording,
                                   const std::string& sensor = "cam0");
 
-/// The pictures of a recording, which may be untrusted: a browser gets them only as they were recorded.
+/// The pictures of a recording, which may be untrusted: a browser gets them only unchanged.
 class Pictures {
  public:
   /// Throws FileError if the recording is unfinished or was edited.

@@ -36,13 +36,13 @@ struct Errors {
 struct RunData : result::SeedScore {
   std::string alignment = "none";  ///< how the estimate was aligned with the truth before it was scored
   fs::path folder;
-  fs::path recording;                           ///< the result's own recording if finished, else empty
+  fs::path recording;                           ///< the result's own recording if finished, otherwise empty
   std::optional<recording::Truth> recorded;     ///< the truth in that recording
   std::map<std::string, std::string> settings;  ///< settings_of()
   result::About about;
   std::optional<double> frame_cpu_ms_mean, frame_cpu_ms_median, frame_cpu_ms_p99;  ///< batch: mean
   Path truth, plan, waist_truth, waist_plan;
-  bool truth_aligned = false;  ///< positions only: drawn after SE(3) alignment with the estimate
+  bool truth_aligned = false;  ///< if positions only, drawn after SE(3) alignment with the estimate
   std::optional<Path> estimate;
   std::optional<Path> waist_estimate;  ///< only for a steered walk, like waist_desired and corrected_steps
   std::optional<Path> waist_desired;

@@ -1,4 +1,4 @@
-// The figures of a run, and those of several runs of a scenario.
+// The figures of a run, and of several runs of a scenario.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -149,7 +149,7 @@ void add_latency(std::vector<Figure>& figures, const Table& answers) {
       {"latency", "Latency of each answer, and dropped frames (at 0)", kTime, "ms", {answered, dropped}});
 }
 
-/// Removes the lines of what a run does not have, such as a plan.
+/// Removes lines that a run lacks, such as the plan's.
 Figure with_points(Figure f) {
   std::erase_if(f.lines, [](const Line& line) { return line.x.empty(); });
   return f;
@@ -225,7 +225,7 @@ Line pooled(const std::string& name, Role role, const OverTime& at, const auto& 
   return line;
 }
 
-/// True if one of the runs is of the estimator odometry, which then has its own line.
+/// True if one of the runs used the estimator odometry, which then has its own line.
 bool have_odometry_run(const Runs& runs) {
   return std::ranges::any_of(runs, [](const RunData* run) { return run->estimator == "odometry"; });
 }

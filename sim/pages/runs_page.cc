@@ -247,7 +247,7 @@ struct PageRuns {
       if (all[i].scenario == scenario) numbers.push_back(i);
     return numbers;
   }
-  /// Returns a link to a run if the page shows it in full, else the text.
+  /// Returns a link to a run if the page shows it in full, otherwise the text.
   std::string link(std::size_t i, const std::string& text) const {
     return in_full[i] ? fmt::format("<a href='#run-{0}' data-run='run-{0}'>{1}</a>", i, escaped(text))
                       : escaped(text);

@@ -20,7 +20,7 @@ namespace {
 
 using files::Json;
 
-constexpr std::size_t kMostKeys = 6;     // that have figures
+constexpr std::size_t kMostKeys = 6;     // keys with figures
 constexpr std::size_t kMostDots = 2000;  // if there are more trials, only the medians are drawn
 constexpr std::size_t kMostOfGrid = 20;  // values of a grid key; sampled keys have one for each sample
 
@@ -46,7 +46,7 @@ struct Key {
   std::string name;
   std::vector<std::string> values;
   std::vector<double> numbers;
-  std::map<std::string, std::size_t> place;  ///< of a value in `values`
+  std::map<std::string, std::size_t> place;  ///< index of a value in `values`
 
   bool is_grid() const { return values.size() <= kMostOfGrid; }
   std::string label() const { return with_unit(name, scenario::unit_of(name).value_or("")); }
@@ -134,8 +134,8 @@ double center_of(const Trials& trials, const std::string& metric) {
 
 constexpr std::array kRoles{Role::estimate, Role::first, Role::second, Role::third, Role::plan, Role::truth};
 
-/// Returns the values of the keys other than the k-th, such as "filter, 2". words_only: only those without
-/// numbers, such as estimators.
+/// Returns the values of the keys other than the k-th, such as "filter, 2". words_only: only non-numeric
+/// keys, such as estimators.
 std::string others_of(const Sweep& sweep, std::size_t k, const Trial& trial, bool words_only) {
   std::vector<std::string> values;
   for (std::size_t i = 0; i < sweep.keys.size(); ++i) {
@@ -148,7 +148,7 @@ std::string others_of(const Sweep& sweep, std::size_t k, const Trial& trial, boo
 }
 
 /// Returns the names of the lines over a key, and sets the name of each trial: the values of the other keys
-/// if there are colors for all, else only those without numbers, else "median" for all trials.
+/// if there are enough colors, otherwise only of non-numeric keys, otherwise "median" for all trials.
 std::vector<std::string> line_names(const Sweep& sweep, std::size_t k, std::vector<std::string>& of_trials) {
   for (const bool words_only : {false, true}) {
     std::vector<std::string> names;
@@ -231,7 +231,7 @@ std::vector<Trials> by_setting(const Sweep& sweep) {
   return groups;
 }
 
-/// Returns a trial that did not complete, if any, else the one with the worst value of the metric.
+/// Returns a trial that did not complete, if any, otherwise the trial with the worst value of the metric.
 const Trial& worst_of(const Trials& trials, const std::string& metric) {
   const auto badness = [&](const Trial* trial) {
     const double value = trial->value(metric);
@@ -307,7 +307,7 @@ double largest_shown(const Tuning& t) {
   return std::max(middle, std::min(start, least + 10 * (middle - least))) + 0.5 * (middle - least);
 }
 
-/// Returns a dot for each setting; those whose loss is unknown or off the scale are at the upper edge.
+/// Returns a dot for each setting, at the upper edge if its loss is unknown or off the scale.
 std::vector<Line> setting_dots(const Tuning& t, const Column& at, double most) {
   Line tried{"setting", Role::truth, {}, {}, true}, above{"", Role::second, {}, {}, true};
   for (std::size_t i = 0; i < t.value.size(); ++i)

@@ -12,7 +12,8 @@ namespace sim::pages {
 namespace fs = std::filesystem;
 
 /// Returns all keys of a result's scenario except the seed, plus "revision" and "program" (the hash of an
-/// external estimator's files). Contains no scenario keys if the scenario is missing or from another version.
+/// external estimator's files). Contains no scenario keys if the scenario is missing or from a different
+/// version.
 std::map<std::string, std::string> settings_of(const fs::path& result, const result::About& about);
 
 /// Returns a key's value without YAML's indentation and line breaks.

@@ -19,7 +19,8 @@ using Column = std::vector<double>;
 /// names ("p_W_x [m]" becomes p_W_x), and so is a '#' at the start of the first one.
 class Table {
  public:
-  /// Throws FileError if the file cannot be read, or if it has duplicate columns or a row of another length.
+  /// Throws FileError if the file cannot be read, or if it has duplicate columns or a row of different
+  /// length.
   explicit Table(const fs::path& file);
 
   std::size_t rows() const { return rows_; }

@@ -1,4 +1,4 @@
-// What distinguishes the runs of a scenario.
+// Differences between the runs of a scenario.
 #pragma once
 
 #include <map>

@@ -78,7 +78,7 @@ class Adapter {
     m_.geom_contype[geom] = type, m_.geom_conaffinity[geom] = affinity;
   }
 
-  /// A foot consists of its body and what is fixed to it.
+  /// A foot consists of its body and everything fixed to it.
   void find_feet() {
     for (int body = mine_.base; body < m_.nbody; ++body) {
       const Foot own = std::ranges::find(robot_.feet, name(mjOBJ_BODY, body), &RobotFile::Foot::body);
@@ -163,7 +163,7 @@ class Adapter {
   }
 
   // `contacts` may name geoms that touch the floor only through a contact pair. Without names: the geoms that
-  // touch the floor, or all that touch anything if the model's floor has other bits.
+  // touch the floor, or all geoms that touch anything if the model's floor has different contact bits.
   bool is_sole(int geom, const RobotFile::Foot& foot) const {
     if (!foot.contacts.empty()) return std::ranges::count(foot.contacts, name(mjOBJ_GEOM, geom)) > 0;
     return bits(geom) != 0 && ((bits(geom) & kFloorBit) != 0 || !feet_touch_floor_);

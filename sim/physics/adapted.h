@@ -1,4 +1,4 @@
-// A robot's model file as the bench loads it: with the servos, sites, camera and sensors from robot.yaml.
+// A robot's model file as loaded by the bench: with the servos, sites, camera and sensors from robot.yaml.
 #pragma once
 
 #include <memory>
@@ -15,10 +15,10 @@ struct AdaptedRobot {
   std::vector<model_file::Note> notes;
 };
 
-/// Reads the numbers of the robot that MuJoCo compiles from the model's file and adds the bench's parts where
-/// robot.yaml wants them, with the names listed at RobotFile. The soles' contacts touch the floor and the
+/// Reads the robot's numbers as compiled by MuJoCo from the model's file, and adds the bench's parts as
+/// specified in robot.yaml, with the names listed at RobotFile. The soles' contacts touch the floor and the
 /// other foot, the rest of a foot touches the other foot, and everything else touches nothing. Shapes are
-/// drawn in group 1, those of the head camera's link in group 2; shapes that only collide are not drawn
+/// drawn in group 1, or group 2 on the head camera's link; shapes that only collide are not drawn
 /// (group 3). Joints without servo and stiffness are rigid. Throws std::runtime_error "file:line: ..." for
 /// errors in the model and std::invalid_argument "file:line:column: key: ..." for names in robot.yaml.
 AdaptedRobot adapt(const RobotFile& robot);

@@ -17,7 +17,7 @@ constexpr double kFloor = 0.01;  // m: anything lower is part of the floor, such
 constexpr double kSheet = 0.02;  // m, thickness of a plane; the furniture behind a picture is thicker
 constexpr int kContacts = 1000;
 
-// MuJoCo's planes fill the half-space behind them; this one becomes as large as it is drawn.
+// MuJoCo's planes fill the half-space behind them; this one is limited to its drawn size.
 void make_sheet(mjModel& model, int geom) {
   const Eigen::Vector3d half = half_extents(model, geom) + Eigen::Vector3d(0, 0, kSheet / 2);
   const mjtNum behind[3] = {0, 0, -kSheet / 2};
@@ -111,7 +111,7 @@ Collision RoomClearance::collision(int robot_geom, int room_geom, const Eigen::V
 std::optional<PlannedCollision> first_collision(walking::PatternGenerator plan, Model in_room) {
   RoomClearance room(std::move(in_room), kPlannedMargin_m);
   walking::JointVector q = plan.robot().posture;
-  double looked_at_s = 0, free_s = 0;  // free_s: for how long nothing can come near
+  double looked_at_s = 0, free_s = 0;  // free_s: time during which nothing can come near
   for (std::size_t tick = 0; tick < plan.ticks(); ++tick) {
     const walking::Reference reference = plan.next();
     if (tick != 0 && reference.t_s < looked_at_s + free_s) continue;

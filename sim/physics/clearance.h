@@ -1,4 +1,4 @@
-// How near the robot is to the walls and the furniture of its room, and checks of a plan against them.
+// The robot's distance from the walls and furniture of its room, and checks of a plan against them.
 #pragma once
 
 #include "sim/physics/model.h"
@@ -6,7 +6,7 @@
 
 namespace sim::physics {
 
-/// No part of the robot moves faster than this (m/s); a fall from a man's height reaches half of it. If the
+/// No part of the robot moves faster than this (m/s); a fall from human height reaches half of it. If the
 /// distance to the room is d, nothing can touch the room within d / kFastest_m_s.
 inline constexpr double kFastest_m_s = 10;
 
@@ -23,7 +23,7 @@ struct Clearance {
 };
 
 /// The room is solid as it is drawn: all of its shapes above the floor, with planes as thin sheets. The robot
-/// is everything that is drawn of it, and its soles.
+/// comprises all of its drawn shapes and its soles.
 class RoomClearance {
  public:
   /// margin_m: anything closer than this is a collision; 0: only touching is.
@@ -52,8 +52,8 @@ class RoomClearance {
   std::vector<Solid> solids_;
 };
 
-/// How far a planned robot keeps from the room, in m, to allow for sway about its plan. A long walk drifts
-/// farther; a run that touches something because of that ends as "collided".
+/// The minimum distance of a planned robot from the room, in m, to allow for sway about the plan. A long walk
+/// drifts farther; a run that touches something because of that ends as "collided".
 inline constexpr double kPlannedMargin_m = 0.05;
 
 struct PlannedCollision : Collision {

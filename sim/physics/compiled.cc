@@ -12,12 +12,12 @@ namespace {
 
 using model_file::Element, model_file::Fate;
 
-// Robots above these are given in grams or millimeters.
+// Mass (kg) and size (m) above which the file's units must be grams or millimeters.
 constexpr double kHeaviest_kg = 1000, kLargest_m = 20;
-// No link turns as heavily as this fraction of the robot's mass at the robot's size, unless a rod of that
-// size would: then its moments are in other units.
+// A link's moment of inertia has wrong units if it exceeds this fraction of the robot's mass times its
+// size squared and the radius of gyration exceeds that size.
 constexpr double kMomentShare = 1e-3;
-// A radius of gyration below this fraction of the link's size is that of a point.
+// A link with a radius of gyration below this fraction of its size counts as a point.
 constexpr double kPointShare = 0.03;
 
 Effort ordered(double factor, const mjtNum* range) {
@@ -52,7 +52,7 @@ void read_efforts(CompiledRobot& robot) {
     const int kind = m.actuator_trntype[actuator];
     const Element& element = robot.file.named("actuator", "");
     if (kind != mjTRN_JOINT && kind != mjTRN_JOINTINPARENT) {
-      add_note(robot.file.notes, Fate::dropped, "actuator that acts on something else than a joint", element);
+      add_note(robot.file.notes, Fate::dropped, "actuator that does not act on a joint", element);
       continue;
     }
     const Effort effort = effort_of(m, actuator);
@@ -159,8 +159,8 @@ void require_units(CompiledRobot& robot) {
                          name, m.body_mass[body], most, radius));
     const double length = body_box(m, *data, body).diagonal().norm();
     if (m.body_jntnum[body] > 0 && radius < kPointShare * length)
-      add_note(robot.file.notes, Fate::doubtful,
-               "moments of inertia as small as those of a point, expected kg m^2", element);
+      add_note(robot.file.notes, Fate::doubtful, "moments of inertia as small as a point's, expected kg m^2",
+               element);
   }
 }
 
@@ -192,7 +192,7 @@ CompiledRobot compile_robot(const std::filesystem::path& file, const std::string
 
 Element written_base(const CompiledRobot& robot, const Writer& writer) {
   const mjModel& m = *robot.model;
-  std::optional<Eigen::Isometry3d> X;  // of the body above the base
+  std::optional<Eigen::Isometry3d> X;  // pose of the body above the base
   int root = robot.base;
   while (m.body_parentid[root] != 0) {
     root = m.body_parentid[root];

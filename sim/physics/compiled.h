@@ -15,14 +15,15 @@ struct CompiledRobot {
   Model model;
   int base = 0;  ///< the first body with mass below the world
   std::map<std::string, Effort> efforts;
-  std::vector<std::string> paired_with_floor;  ///< geoms that touch something else through a contact pair
+  /// Geoms with a contact pair whose other geom is not the robot's.
+  std::vector<std::string> paired_with_floor;
 };
 
 /// Returns the elements and attributes that MuJoCo's parser knows.
 const model_file::Schema& schema();
 
 /// base: the base's name, or "". Throws FileError "file:line: ..." if MuJoCo rejects the file, if the base is
-/// not free, or if mass, size or moments of inertia have other units than kg, m and kg m^2.
+/// not free, or if mass, size or moments of inertia are not in kg, m and kg m^2.
 CompiledRobot compile_robot(const std::filesystem::path& file, const std::string& base,
                             const model_file::Packages& packages);
 

@@ -27,13 +27,13 @@ struct Gains {
 };
 constexpr Gains kLeg{120, 1.8, 4e-4}, kAnkle{40, 0.2, 4e-4}, kOther{12, 0.2, 1e-4};
 // The ankle admittance times mass and height of the center of mass, because torques grow with both. Tried on
-// robots of 18 to 95 kg. For small robots the height is taken as at least 0.45 m.
+// robots of 18 to 95 kg. The height is assumed to be at least 0.45 m.
 constexpr double kAdmittance = 1.0, kLeastHeight_m = 0.45;
 constexpr const char* kGuessedGait =
     "guess: slower, lower, shorter steps than those of robots with rubber bushes at their ankles";
 // The longest step ahead: a fraction of the height of the center of mass, up to a limit.
 constexpr double kStepShare = 0.22, kLongestStep_m = 0.12;
-// The share of the ankle's torque limit that standing on one foot may need.
+// The fraction of the ankle's torque limit that standing on one foot may need.
 constexpr double kAnkleShare = 0.65;
 // Hips count as weak if the torque limit of their roll joints is below this multiple of the torque for
 // standing on one foot, which is the weight times half the distance between the feet. Faster steps with the
@@ -75,7 +75,7 @@ std::string rounded(const Vector3d& v) {
   return fmt::format("[{:.6g}, {:.6g}, {:.6g}]", v.x() + 0.0, v.y() + 0.0, v.z() + 0.0);
 }
 
-/// Returns the robot alone, with all its joints.
+/// Returns only the robot, with all its joints.
 model_file::Element written(const CompiledRobot& robot) {
   model_file::Element root{"mujoco"};
   root.add("compiler", {{"angle", "radian"}});
@@ -363,8 +363,8 @@ class Guess {
     return called && m_.body_geomnum[body] > 0;
   }
 
-  // The chest carries two or more chains besides the legs. A head or neck is recognized by its name; else the
-  // chest serves.
+  // The chest carries two or more chains besides the legs. A head or neck is recognized by its name; without
+  // either, the chest is used.
   void find_upper_body() {
     chest_ = base_;
     for (int body = base_ + 1; body < m_.nbody; ++body) {
@@ -471,8 +471,8 @@ class Guess {
     return std::max(0.0, behind);
   }
 
-  // Takes damped Gauss-Newton steps until the foot has the axes and y that it has when laid at zero angles,
-  // and the middle of the sole is below the center of mass or ahead of it.
+  // Takes damped Gauss-Newton steps until the foot has the same orientation and y as when flat at zero
+  // angles, and the middle of the sole is below the center of mass or ahead of it.
   void level(const Foot& foot, mjData& bent) {
     const Eigen::AlignedBox3d sole = box(soles(foot.sole_body), foot.X_laid);
     Vector3d above = Vector3d::Zero();

@@ -23,7 +23,7 @@ class Floor {
   /// Returns the highest point of the floor at a place, or nothing off the floor. Positions in `data` must
   /// have been computed.
   std::optional<FloorPoint> at(const mjData_& data, const Eigen::Vector2d& p_W) const;
-  /// Returns at().z, or 0 beside the floor.
+  /// Returns at().z, or 0 off the floor.
   double height(const mjData_& data, const Eigen::Vector2d& p_W) const;
   /// Returns the sliding friction of the floor at a place, relative to the robot's.
   double friction(const mjData_& data, const Eigen::Vector2d& p_W) const;

@@ -102,7 +102,7 @@ Eigen::Isometry3d camera_from_place() {
   return X;
 }
 
-/// Returns the body on the base whose leg carries the foot with a sole's site.
+/// Returns the first body of the leg that ends in this sole: a child of the base.
 int leg_root(const mjModel& model, const char* sole) {
   int body = model.site_bodyid[part(model, mjOBJ_SITE, sole)];
   while (model.body_parentid[body] != model.jnt_bodyid[0]) body = model.body_parentid[body];

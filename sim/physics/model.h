@@ -27,9 +27,9 @@ using Data = std::unique_ptr<mjData_, Free>;
 /// Files by the names that a model gives them.
 using NamedFiles = std::vector<std::pair<std::string, std::filesystem::path>>;
 
-/// Loads MJCF or URDF. Throws FileError with the library's message and the file and line of the element it is
-/// about, or std::runtime_error "<from> does not load: " with the message. After the first call, an error
-/// inside MuJoCo prints one line on stderr and ends the process with code 3, and warnings are kept.
+/// Loads MJCF or URDF. Throws FileError with the library's message and the file and line of the element in
+/// question, or std::runtime_error "<from> does not load: " with the message. After the first call, an error
+/// inside MuJoCo prints one line on stderr and ends the process with code 3, and warnings are stored.
 Model load_mjcf(const model_file::Element& root, const std::string& from, const NamedFiles& files = {});
 
 /// Returns the pose from MuJoCo's arrays of positions and of row-major rotations.

@@ -1,5 +1,5 @@
-// Scenario keys of the simulated world, and what is drawn for each seed. The only header of sim/physics that
-// sim/scenario includes.
+// Scenario keys of the simulated world, and the quantities drawn for each seed. The only header of
+// sim/physics that sim/scenario includes.
 #pragma once
 
 #include <Eigen/Core>
@@ -59,7 +59,7 @@ struct NameOrPath : std::string {
   bool is_path() const { return find('/') != npos || ends_with(".xml"); }
 };
 
-/// The scenario's keys world.*. Where floor patches overlap, the last one counts.
+/// The scenario's keys world.*. If floor patches overlap, the last one applies.
 struct WorldOptions {
   NameOrPath robot = "hrp2", room = "office";
   std::uint64_t seed = 1;
@@ -105,7 +105,7 @@ struct WorldOptions {
     value<&WorldOptions::robot>(
         key, "robot: a folder below models/robots, or the path of one, relative to the scenario's file");
     value<&WorldOptions::room>(key,
-                               "room, which the head camera sees and the robot must not touch: "
+                               "room seen by the head camera, which the robot must not touch: "
                                "models/<room>.xml, or the path of an MJCF "
                                "file, relative to the scenario's file");
     value<&WorldOptions::seed>(key, "seed of the patterns painted on the room's surfaces");

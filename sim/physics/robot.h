@@ -27,7 +27,8 @@ struct Models {
   bool has_force_sensors = true;  ///< at both ankles
 };
 
-/// Returns what an external controller learns about the robot. file: the one that the models were read from.
+/// Returns the data about the robot that an external controller receives. file: the file that the models were
+/// read from.
 controllers::RobotDescription describe(const Models& models, const RobotFile& file);
 
 }  // namespace sim::physics

@@ -1,4 +1,4 @@
-// The contents of a robot's robot.yaml: the parts of its model by name, and what models do not contain.
+// The contents of a robot's robot.yaml: the parts of its model by name, and data that models do not contain.
 // sim/scenario reads it, and includes only this header and options.h of this folder.
 #pragma once
 
@@ -37,7 +37,7 @@ struct RobotFile {
       degrees<&Foot::sole_roll_rad>(key, -180, 180, "turn of the sole's axes about the body's x axis, first");
       degrees<&Foot::sole_pitch_rad>(key, -180, 180, "turn about the body's y axis, second");
       degrees<&Foot::sole_yaw_rad>(key, -180, 180, "turn about the body's z axis, last");
-      value<&Foot::contacts>(key, "geoms that touch the floor; default: those the model lets collide");
+      value<&Foot::contacts>(key, "geoms that touch the floor; default: the colliding ones in the model");
       value<&Foot::force_sensor>(key, "whether the ankle has a force sensor");
       number<&Foot::pad_roll_nm_rad>(key, 0, 1e9,
                                      "stiffness of the pads against roll of the sole; 0: unknown");

@@ -86,7 +86,7 @@ Element adapted_room(const std::filesystem::path& file) {
   return root;
 }
 
-/// Gives other names to a room's parts that are called like the robot's.
+/// Renames parts of a room that have the same name as a part of the robot.
 void rename_clashes(Element& room, const Element& robot) {
   std::set<std::pair<std::string, std::string>> taken;
   robot.visit([&](const Element& each) { taken.emplace(each.name, each.get("name")); });

@@ -13,9 +13,9 @@ namespace sim::physics {
 /// For each tick of 5 ms: command(), steps of world() until the tick is over, advance().
 class WalkingRobot {
  public:
-  /// Starts in the controller's start posture, with P at X_WP; pads, bushes and servos yield before t = 0. If
-  /// the controller requires it, the base is first lowered to the floor. If there are legs and the controller
-  /// has no plan, they follow the base from its release on.
+  /// Starts in the controller's start posture, with P at X_WP; pads, bushings and servos settle before t = 0.
+  /// If the controller requires it, the base is first lowered to the floor. If `legs` is given and the
+  /// controller has no plan, leg odometry follows the base after its release.
   WalkingRobot(std::unique_ptr<controllers::Controller> controller, const WorldOptions& options,
                const PlantVariation& draw, const Models& models,
                const Eigen::Isometry3d& X_WP = Eigen::Isometry3d::Identity(),

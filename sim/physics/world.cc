@@ -135,7 +135,7 @@ ImuReading reading_between(const ImuState& from, const ImuState& to, const Eigen
   if (dt <= 0) return reading;
   const Eigen::AngleAxisd turn(Eigen::Quaterniond(from.R_WG.transpose() * to.R_WG).normalized());
   reading.gyro = turn.axis() * (turn.angle() / dt);
-  // Rotation in the middle of the interval.
+  // Rotation at the middle of the interval.
   const Eigen::Matrix3d R_WG = from.R_WG * Eigen::AngleAxisd(turn.angle() / 2, turn.axis());
   reading.specific_force = R_WG.transpose() * ((to.v_WG - from.v_WG) / dt - gravity);
   return reading;
@@ -239,7 +239,7 @@ void World::command(const controllers::JointCommands& commands) {
 
 double World::added_torque(int joint) const { return data_->qfrc_applied[ids_.velocity[joint]]; }
 
-// At rest, as if hanging from a hoist.
+// Keeps the waist at rest, as if hanging from a hoist.
 void World::place_held() {
   const int joint = model_->body_jntadr[ids_.waist];
   const Eigen::Quaterniond turn(held_->linear());
@@ -388,8 +388,8 @@ std::string World::fall_text(const Eigen::Isometry3d& X_WB) const {
 }
 
 walking::Wrench World::wrench(std::size_t foot) const {
-  // MuJoCo gives what the leg exerts on the sole. At rest the ground exerts the opposite on the foot, except
-  // for the weight of what hangs below the sensor; the sensor is tared for that.
+  // MuJoCo gives the wrench of the leg on the sole. At rest, the ground exerts the opposite wrench on the
+  // foot, except for the weight below the sensor, for which the sensor is tared.
   walking::Wrench wrench{-vector(data_->sensordata + ids_.force[foot]),
                          -vector(data_->sensordata + ids_.torque[foot])};
   wrench.force.z() -= model_->body_subtreemass[ids_.foot[foot]] * model_->opt.gravity[2];

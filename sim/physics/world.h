@@ -1,4 +1,4 @@
-// The physics: the robot in its room, moved only by its joint servos, its sensor readings and its true pose.
+// The physics: the robot in its room (moved only by its joint servos), its sensor readings and its true pose.
 #pragma once
 
 #include <array>
@@ -15,7 +15,7 @@
 namespace sim::physics {
 
 /// Load and creep of one foot over an interval. Creep is motion within the friction cone: MuJoCo's softened
-/// friction allows it, a real sole would not show it. Sliding beyond the cone is not included.
+/// friction allows it, but a real sole would not creep. Sliding beyond the cone is not included.
 struct SoleContact {
   double load = 0;                                  ///< N, mean vertical force
   Eigen::Vector2d creep = Eigen::Vector2d::Zero();  ///< m in W, mean of the pads in contact
@@ -89,7 +89,7 @@ ImuReading reading_between(const ImuState& from, const ImuState& to, const Eigen
 enum class Condition { ok, fell, collided, physics_failed };
 struct Status {
   Condition condition = Condition::ok;
-  std::string cause;  ///< of any condition but ok
+  std::string cause;  ///< cause of any condition other than ok
 };
 
 /// One robot in one room. Only contact, gravity and the servos act on it; if it touches the room, the walk
@@ -101,17 +101,17 @@ class World {
   World(const WorldOptions& options, const PlantVariation& draw, const walking::JointVector& q,
         const Eigen::Isometry3d& X_WB, const Models& models);
 
-  /// Sets what the servos follow until the next command. Gains, if given, stay in effect after that.
+  /// Sets the servos' targets until the next command. Gains, if given, stay in effect after that.
   void command(const controllers::JointCommands& commands);
 
   /// Fixes the waist at X_WB, at rest, until release(), while the joints move.
   void hold(const Eigen::Isometry3d& X_WB) { held_ = X_WB; }
   void release() { held_.reset(); }
 
-  /// From now on, contact between the feet is like any other contact and does not end the walk.
+  /// Makes contact between the feet like any other contact: it no longer ends the walk.
   void let_feet_touch() { feet_may_touch_ = true; }
 
-  /// Advances the physics by 1 ms. Afterwards positions and sensors are those of the new time.
+  /// Advances the physics by 1 ms. Afterwards, positions and sensors apply to the new time.
   const Status& step();
 
   const Status& status() const { return status_; }
@@ -156,7 +156,7 @@ class World {
   Eigen::Isometry3d X_WL() const { return X_WS(ids_.sole[0]); }       ///< left sole, below the ankle
   Eigen::Isometry3d X_WR() const { return X_WS(ids_.sole[1]); }       ///< right sole
   Eigen::Isometry3d X_W(const Place& place) const;                    ///< axes forward, left, up of a sensor
-  ImuState imu_state(const Place& place) const;                       ///< state of a further IMU
+  ImuState imu_state(const Place& place) const;                       ///< state of an additional IMU
   Eigen::Vector3d gravity() const;                                    ///< m/s² in W
   Eigen::Vector3d com() const;                                        ///< center of mass of the whole robot
 

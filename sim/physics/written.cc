@@ -67,7 +67,7 @@ Writer::Writer(const mjModel& model, const model_file::ModelFile& file, std::str
 
 std::string Writer::name(int type, int id) const { return name_of(m_, type, id); }
 
-// The bench has sites of its own.
+// The bench has its own sites.
 std::string Writer::site_name(int site) const {
   const std::string own = name(mjOBJ_SITE, site);
   return "site/" + (own.empty() ? std::to_string(site) : own);

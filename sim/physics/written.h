@@ -21,7 +21,7 @@ class Writer {
 
   /// Returns a body with all bodies below it, moved by X.
   model_file::Element body(int body, const Eigen::Isometry3d* X = nullptr) const;
-  /// Adds shapes, sites, lights and bodies of a body to an element, moved by X.
+  /// Adds a body's shapes, sites, lights and child bodies to an element, moved by X.
   void add_content(int body, model_file::Element& to, const Eigen::Isometry3d* X = nullptr) const;
   /// Adds `asset`, `tendon` and `equality`; couplings of left-out joints are left out.
   void add_sections(model_file::Element& root) const;
@@ -45,8 +45,8 @@ class Writer {
   const mjModel_& m_;
   const model_file::ModelFile& file_;
   std::string prefix_;
-  std::map<std::string, std::function<std::string(int)>> texts_;  // of the model's arrays, by name
-  std::map<int, Eigen::Isometry3d> meshes_;  // how the library moved and turned each mesh
+  std::map<std::string, std::function<std::string(int)>> texts_;  // texts of the model's arrays, by name
+  std::map<int, Eigen::Isometry3d> meshes_;  // motion that the library applied to each mesh
 };
 
 }  // namespace sim::physics

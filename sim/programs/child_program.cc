@@ -66,7 +66,7 @@ struct Ended {
   rusage used;
 };
 
-// Kills the children of this process until none is left. It adopts the children of each killed process.
+// Kills the children of this process until none is left. This process adopts the children of each killed one.
 void kill_descendants() {
   for (pid_t reaped = 0; reaped >= 0 || errno == EINTR; reaped = ::waitpid(-1, nullptr, WNOHANG)) {
     std::array<char, 4096> text;
@@ -117,7 +117,7 @@ extern "C" void wake(int) {}
   ::_exit(0);
 }
 
-// Starts the program as a child of a process that becomes the parent of everything the program starts.
+// Starts the program under a supervisor, which adopts everything that the program starts.
 [[noreturn]] void start(char* const* words, const std::array<int, 3>& standard, int failure, int alive,
                         int report) {
   sigset_t all;
@@ -275,8 +275,8 @@ std::string ChildProgram::unread() {
   return bytes;
 }
 
-// Meanwhile reads the program's standard error, so that it does not block on that, and checks whether it has
-// ended: processes that it started may keep its output open. Kills it at the time limit.
+// Meanwhile reads the program's standard error, so that writing to it does not block, and checks whether the
+// program has ended, because processes that it started may keep its output open. Kills it at the time limit.
 bool ChildProgram::wait_for(int file, short events, const TimeLimit& limit) {
   const auto left = std::chrono::ceil<std::chrono::milliseconds>(limit.deadline - Clock::now());
   if (left.count() <= 0) {

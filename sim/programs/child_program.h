@@ -18,10 +18,10 @@ class ProgramFailed : public std::runtime_error {
   explicit ProgramFailed(const std::string& cause, std::string its_log = "")
       : std::runtime_error(cause), log(std::move(its_log)) {}
 
-  std::string log;  ///< what the program wrote to standard error
+  std::string log;  ///< output of the program on standard error
 };
 
-/// Returns the absolute path of a program: of its own path if its name contains a slash, otherwise as found
+/// Returns the absolute path of a program: the path itself if it contains a slash, otherwise the one found
 /// in PATH. Returns the word itself if it is not in PATH.
 std::filesystem::path program_file(const std::string& word);
 
@@ -46,7 +46,7 @@ struct TimeLimit {
 /// SIGKILL.
 class ChildProgram {
  public:
-  /// words: the program, looked up in PATH, and its arguments. role: what messages call it. Throws
+  /// words: the program, looked up in PATH, and its arguments. role: its name in messages. Throws
   /// std::invalid_argument if it cannot be started.
   ChildProgram(const std::vector<std::string>& words, const std::string& role);
   ~ChildProgram();
@@ -55,14 +55,14 @@ class ChildProgram {
   /// Throw ProgramFailed if the program ends or misses the time limit.
   void send(std::string_view bytes, const TimeLimit& limit);
   std::string receive(std::size_t bytes, const TimeLimit& limit);
-  /// Returns and removes what the program has written to its standard output so far, at most 4 KiB.
+  /// Returns and removes the program's standard output so far, at most 4 KiB.
   std::string unread();
   /// Closes the program's standard input, waits for it to exit and kills it at the time limit.
   void end(const TimeLimit& limit);
   /// Runs a program without messages until it exits. Throws ProgramFailed if its exit code is not 0 or it
   /// misses the time limit.
   void run(const TimeLimit& limit);
-  /// Returns what the program wrote to standard error, or the last MiB of it.
+  /// Returns the program's output on standard error, or the last MiB of it.
   std::string log() const;
   /// Returns the last lines of the log so far, for a message; empty if there are none.
   std::string last_lines();
@@ -78,10 +78,10 @@ class ChildProgram {
   void kill();
 
   pid_t supervisor_ = -1, process_ = -1;
-  int alive_ = -1;                       // stays open while this process lives; closing it kills the program
+  int alive_ = -1;                       // stays open while this process runs; closing it kills the program
   int report_ = -1;                      // how the program ended
-  int in_ = -1, out_ = -1, error_ = -1;  // our ends of its standard input, output and error
-  int status_ = 0;                       // of waitpid(), once ended_
+  int in_ = -1, out_ = -1, error_ = -1;  // our ends of the program's standard input, output and error
+  int status_ = 0;                       // from waitpid(), once ended_
   double whole_cpu_ms_ = 0;              // once ended_
   bool ended_ = false;
   std::string log_;

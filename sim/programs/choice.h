@@ -7,10 +7,10 @@
 
 namespace sim::programs {
 
-/// Where answers come from. command: a program that ran on an exported recording (gaitslam evaluate).
+/// The source of answers. command: a program that ran on an exported recording (gaitslam evaluate).
 enum class Source { built_in, program, command };
 
-/// What a key selects.
+/// The program or built-in that a key selects.
 struct Choice {
   Source source = Source::built_in;
   std::string name = {};                ///< name of the built-in, or the program's name in results
@@ -28,8 +28,8 @@ void require_program(const Choice& choice, const std::string& role);
 /// Returns the words of a program, or a command split at white space.
 std::vector<std::string> command_words(const Choice& choice);
 
-/// Returns the file name, without folder and extension, by which a command is known: the program's, or that
-/// of the script run by an interpreter or a wrapper such as `env`.
+/// Returns the name of a command: the file name of its program, or of the script run by an interpreter or a
+/// wrapper such as `env`, without folder and extension.
 std::string program_name(const std::vector<std::string>& words);
 
 /// Returns hashes of the files named in the words and the option values; the program is looked up in PATH.

@@ -106,7 +106,7 @@ std::string Conversation::finish() {
   return program_.log();
 }
 
-// Ends the program. What it writes because its input ended is ignored.
+// Ends the program. Output that it writes because its input ended is ignored.
 std::string Conversation::last_lines() {
   const std::string lines = program_.last_lines();
   program_.end(TimeLimit(kLastLinesWithin_s));

@@ -1,4 +1,4 @@
-// Messages to and from a child program: their framing, poses in them, and the conversation from START to END.
+// Messages to and from a child program: framing, poses, and the conversation from START to END.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -24,7 +24,7 @@ inline constexpr std::size_t kHeaderBytes = sizeof(Header);
 /// The types of messages. input: OBSERVATION or SENSORS, which the program answers.
 enum class Message : std::uint32_t { start = 1, ready, input, answer, end };
 
-/// Most bytes that a text in a message may have.
+/// Maximum length in bytes of a text in a message.
 inline constexpr std::size_t kMostTextBytes = 4096;
 
 /// A message that the interface does not allow.
@@ -89,7 +89,8 @@ Structure pop(std::string_view& bytes, const char* of) {
 bool flag(std::uint32_t word, const char* of);
 
 /// Removes the version and the text's length from the front of a READY, and the text from its end. Throws
-/// InvalidMessage if the version is not the header file's, or if the text says why the program cannot start.
+/// InvalidMessage if the version is not the header file's, or if the text states why the program cannot
+/// start.
 void check_ready(std::string_view& payload, std::uint32_t version, const char* header_file);
 
 /// The conversation with a program. Failures contain the time and the program's last lines.

@@ -12,10 +12,12 @@ using namespace recording_format;
 
 /// Largest gap between true poses that are interpolated, and between adjoining readings.
 constexpr slam::Stamp kLongestGap{100'000'000};
-/// From kLeastOffset, an offset or leap of a clock gets a remark; from kMostOffset_s, an offset is rejected.
+/// From kLeastOffset, an offset or jump of a clock causes a remark; from kMostOffset_s, an offset is
+/// rejected.
 constexpr slam::Stamp kLeastOffset{15'000'000};
 constexpr double kMostOffset_s = 0.1;
-/// A truth that starts this much after an image, because stamps were rounded, starts with it.
+/// A truth that starts at most this much after an image is treated as starting with it, because stamps may be
+/// rounded.
 constexpr slam::Stamp kSameTime{100'000};
 constexpr std::array kTruthFolders{"mav0/state_groundtruth_estimate0", "mav0/mocap0", "mav0/gt",
                                    "mav0/vicon0", "mav0/leica0"};
@@ -45,8 +47,8 @@ void add_leap(std::vector<std::string>& remarks, const fs::path& file, const std
 
 /// The rows of a sensor or of a motion and their stamps.
 struct Stamps : files::Table {
-  /// rate_hz: as stated in a sensor.yaml. slack: how many times the rate of the rows it may be, since cameras
-  /// skip frames.
+  /// rate_hz: as stated in a sensor.yaml. slack: maximum ratio of rate_hz to the rate of the rows, because
+  /// cameras skip frames.
   Stamps(const fs::path& name, Expected expected, std::optional<double> rate_hz = {}, double slack = 1)
       : Table(name, expected) {
     const auto stamp_columns = required(files::Quantity::time);
@@ -76,7 +78,7 @@ struct Stamps : files::Table {
   std::vector<std::string> remarks;
 };
 
-/// A reading of an IMU and the time that it applies to.
+/// A reading of an IMU and the interval to which it applies.
 struct Reading {
   slam::Stamp t, begin, end;
   Eigen::Vector3d gyro;
@@ -219,7 +221,7 @@ struct ReadSensors : AslSensors {
 std::vector<fs::path> images_of(const fs::path& folder, const Stamps& list) {
   std::vector<fs::path> all;
   const std::size_t field = list.columns(files::Quantity::time).size();  // after the stamp
-  if (list.width() <= field) list.fail("no column is the file's name");
+  if (list.width() <= field) list.fail("no column contains the file name");
   for (const files::TableRow& rows : list.rows()) {
     all.push_back(files::contained_path(folder / sensor_data("cam0"), rows.text(field)));
     if (!fs::is_regular_file(all.back())) rows.fail(field, "no such image: {}", all.back().string());
@@ -244,17 +246,17 @@ void require_rotation_of_imu(const fs::path& file, const files::TrajectoryFile& 
     return;
   }
   const bool same_unit = found->gain < kMostGain && found->gain > 1 / kMostGain;
-  if (!same_unit && found->correlation > kSure)  // else noise of the truth lowers the gain
+  if (!same_unit && found->correlation > kSure)  // otherwise noise of the truth lowers the gain
     throw files::FileError(
         imu,
-        "its rotation speeds are {:.3g} times those of {}: expected rad/s, or a header with "
+        "its rotation speeds are {:.3g} times the speeds in {}: expected rad/s, or a header with "
         "their unit, such as w_RS_S_x [deg s^-1]",
         found->gain, file.string());
   if (std::abs(found->gain - 1) > kUsualGain && found->correlation > kSure)
     sensors.remarks.push_back(
-        fmt::format("{}: its rotation speeds are {:.3g} times those of {}: its scale is wrong", imu.string(),
-                    found->gain, file.string()));
-  const double late_s = -found->late_s;  // of the truth
+        fmt::format("{}: its rotation speeds are {:.3g} times the speeds in {}: its scale is wrong",
+                    imu.string(), found->gain, file.string()));
+  const double late_s = -found->late_s;  // delay of the truth
   const std::string late = fmt::format("{:.2f} s {} {}", std::abs(late_s),
                                        late_s > 0 ? "later than" : "earlier than", imu.string());
   if (std::abs(late_s) >= kMostOffset_s)
@@ -317,7 +319,7 @@ struct AslFolder::Files {
 
   fs::path folder;
   ReadSensors sensors{folder};
-  const std::vector<slam::Stamp>& stamps = sensors.camera->all;  // of the images
+  const std::vector<slam::Stamp>& stamps = sensors.camera->all;  // stamps of the images
   const cv::Size size{sensors.setup.calibration.camera.width_px, sensors.setup.calibration.camera.height_px};
   std::vector<fs::path> images = images_of(folder, *sensors.camera);
   std::vector<slam::Stamp> times;

@@ -75,7 +75,7 @@ bool Cache::is_whole(const std::string& key, const Say& say) const {
     manifest.check_all();
     const files::Json stored = files::read_json(entry / "entry.json");
     if (stored.at("recording").text() == manifest.hash()) return true;
-    say(fmt::format("{}: contains another recording than was stored", entry.string()));
+    say(fmt::format("{}: contains a recording other than the stored one", entry.string()));
   } catch (const FileError& damage) {
     say(damage.what());
   }
@@ -143,7 +143,7 @@ std::vector<Cache::Entry> Cache::list() const {
           files::has_marker(folder.path()))
         entries.push_back(read_entry(key));
     } catch (const FileError&) {
-      if (fs::exists(folder.path())) throw;  // else another process has removed it
+      if (fs::exists(folder.path())) throw;  // otherwise another process has removed it
     }
   std::ranges::sort(entries, {}, [](const Entry& entry) { return std::tie(entry.last_used_ns, entry.key); });
   return entries;

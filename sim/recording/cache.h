@@ -13,8 +13,9 @@ struct CachePlace {
   std::uintmax_t most_bytes = 20'000'000'000;
 };
 
-/// Returns the folder ($GAITSLAM_CACHE, else $XDG_CACHE_HOME/gaitslam, else $HOME/.cache/gaitslam) and the
-/// size ($GAITSLAM_CACHE_GB). Throws std::invalid_argument if the size is not a number or no folder is set.
+/// Returns the folder ($GAITSLAM_CACHE, otherwise $XDG_CACHE_HOME/gaitslam, otherwise $HOME/.cache/gaitslam)
+/// and the size ($GAITSLAM_CACHE_GB). Throws std::invalid_argument if the size is not a number or no folder
+/// is set.
 CachePlace cache_place();
 
 /// A recording in use: no process removes it while this object lives.

@@ -36,7 +36,7 @@ Turns turns(const std::vector<files::TumRow>& poses, slam::Stamp begin, std::siz
 struct Correlation {
   double r = 0, gain = 0;
   int pairs = 0;
-  /// Log-likelihood of the linear relation, relative to none, with as many speeds as windows.
+  /// Log-likelihood ratio of a linear relation to no relation, counting one independent speed per window.
   double evidence(double of_r) const {
     return 0.5 * pairs / kWindow * -std::log1p(-std::pow(std::clamp(of_r, 0.0, 1 - 1e-12), 2));
   }

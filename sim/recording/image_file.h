@@ -20,8 +20,8 @@ cv::Mat decode_image(const fs::path& file, std::string_view bytes, const cv::Siz
 std::string encode_png(const cv::Mat& image);
 
 /// Returns an image of this type from the output of encode_png(): gray with the pixels of cv::imdecode, color
-/// as RGB; nothing for other or damaged bytes. Checks only the checksum of the pixels, not those of the
-/// chunks.
+/// as RGB; nothing for other or damaged bytes. Checks only the checksum of the pixels, not the chunks'
+/// checksums.
 std::optional<cv::Mat> decode_png(std::string_view png, int type);
 
 }  // namespace sim::recording

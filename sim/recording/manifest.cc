@@ -70,7 +70,7 @@ void Manifest::read_pieces(const std::string& path, std::uintmax_t most,
   const auto& [bytes, hash] = listed->second;
   if (found.bytes() != bytes) throw files::FileError(folder_ / path, wrong_size(bytes, found.bytes()));
   if (found.hex() != hash)
-    throw files::FileError(folder_ / path, "edited: its content is not what was recorded");
+    throw files::FileError(folder_ / path, "edited: its content differs from the recorded one");
 }
 
 void Manifest::check_all() const {

@@ -28,7 +28,7 @@ class Manifest {
   /// Throws FileError if the manifest is missing, invalid, or lists a path (or link) outside the folder.
   explicit Manifest(const fs::path& folder);
 
-  /// Throws FileError for the first listed file that is missing or has another size. Reads no file.
+  /// Throws FileError for the first listed file that is missing or has a different size. Reads no file.
   void check_sizes() const;
   /// Checks every listed file as check() does.
   void check_all() const;
@@ -45,7 +45,7 @@ class Manifest {
     std::uint64_t bytes = 0;
     std::string hash;
   };
-  /// Calls `take` with the pieces of a listed file. Throws FileError if they are not what was recorded.
+  /// Calls `take` with the pieces of a listed file. Throws FileError if they differ from the recorded ones.
   void read_pieces(const std::string& path, std::uintmax_t most,
                    const std::function<void(std::string_view)>& take) const;
 

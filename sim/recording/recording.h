@@ -18,12 +18,12 @@ inline constexpr slam::Stamp kEpoch{1'000'000'000'000'000'000};
 /// Returns the stamp in files, ns.
 constexpr std::int64_t file_stamp(slam::Stamp t) { return (kEpoch + t).count(); }
 
-/// The sensors: what the filter knows before the first observation, and what other readers need.
+/// The sensors: data known to the filter before the first observation, and data for other readers.
 struct RecordingSetup {
   slam::Calibration calibration;
   Eigen::Isometry3d X_WC_start = Eigen::Isometry3d::Identity();  ///< camera at t = 0, from plan or legs
   double camera_rate_hz = 30, imu_rate_hz = 200;                 ///< imu: also encoders and forces
-  std::vector<rig::RigSensor> rig;  ///< further sensors; RigReading::sensor is an index in this list
+  std::vector<rig::RigSensor> rig;  ///< additional sensors; RigReading::sensor is an index in this list
   std::vector<std::string> joints;  ///< names, in the order of the encoders
 };
 
@@ -33,7 +33,7 @@ struct TruePoses {
   Eigen::Isometry3d X_WC = Eigen::Isometry3d::Identity();  ///< camera
   Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();  ///< waist
   std::optional<Eigen::Isometry3d> X_PB = {};              ///< waist as planned; absent without a plan
-  std::optional<Eigen::Isometry3d> X_WB_desired = {};      ///< of the commanded path, in a steered walk
+  std::optional<Eigen::Isometry3d> X_WB_desired = {};      ///< waist on the commanded path, in a steered walk
 };
 
 using score::TrueFeet, score::TrueFoot;

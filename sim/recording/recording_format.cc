@@ -143,7 +143,8 @@ std::vector<slam::LidarPoint> read_lidar(const fs::path& file, std::string_view 
   if (!points.empty()) std::memcpy(points.data(), bytes.data(), bytes.size());
   for (std::size_t i = 0; i < points.size(); ++i)
     for (const float value : {points[i].x_m, points[i].y_m, points[i].z_m, points[i].intensity})
-      if (!std::isfinite(value)) throw files::FileError(file, "point {} from 0: expected finite numbers", i);
+      if (!std::isfinite(value))
+        throw files::FileError(file, "point {} (counting from 0): expected finite numbers", i);
   return points;
 }
 

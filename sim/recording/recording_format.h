@@ -15,7 +15,7 @@ namespace sim::recording {
 /// members throw FileError.
 class StampedRows {
  public:
-  /// epoch: the file's stamps, in column 1 and in ns, minus those that stamp() returns.
+  /// epoch: the file's stamps, in column 1 and in ns, minus the stamps returned by stamp().
   explicit StampedRows(files::CsvReader csv, slam::Stamp epoch = slam::Stamp{0})
       : csv_(std::move(csv)), epoch_(epoch) {
     advance();
@@ -34,7 +34,7 @@ class StampedRows {
   std::optional<slam::Stamp> stamp_;
 };
 
-/// What the robot itself knows about its motion at a frame, in the folder mav0/<name>. The folder has rows
+/// The robot's own knowledge of its motion at a frame, in the folder mav0/<name>. The folder has rows
 /// for the frames that have this motion, and no data.csv if there are none.
 struct MotionSource {
   std::string name, comment;  ///< comment: for sensor.yaml
@@ -58,13 +58,14 @@ Eigen::Vector3d angular_rate(const files::Row& row,
 Eigen::Vector3d acceleration(const files::Row& row,
                              const std::vector<files::Column>& columns = {{4}, {5}, {6}});  ///< m/s²
 
-/// How the readings of one kind of rig sensor are recorded.
+/// The recorded form of the readings of one kind of rig sensor.
 struct RigFormat {
   std::string_view type, comment;  ///< for sensor.yaml
-  std::string_view ending;         ///< of a reading's file in data/; empty: the rows have the readings
-  int image_type = -1;             ///< OpenCV type
+  std::string_view ending;  ///< file name ending of a reading in data/; empty: the rows have the readings
+  int image_type = -1;      ///< OpenCV type
   std::string_view image_name = {};
 };
+/// Returns the recorded form of a kind of sensor.
 const RigFormat& format_of(rig::Kind kind);
 
 /// Returns the head camera as a sensor of the rig.

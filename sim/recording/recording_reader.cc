@@ -31,7 +31,7 @@ TrueFoot read_foot(const files::CsvReader& row, std::size_t first) {
           row.vector(first + 8)};
 }
 
-// Steps are decided at least a tick apart; their time is that of the decision.
+// Steps are decided at least a tick apart; their time is the time of the decision.
 std::vector<score::StepCorrection> read_corrected_steps(const Manifest& manifest) {
   std::vector<score::StepCorrection> steps;
   StampedRows rows = rows_of(manifest, kCorrectedSteps.file, {kCorrectedSteps.header});

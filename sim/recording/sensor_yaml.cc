@@ -76,7 +76,7 @@ class SensorFile {
     return second && !first ? other : key;
   }
 
-  /// Returns the keys that nobody asked for, except those known to be irrelevant.
+  /// Returns the keys that were not read, except those known to be irrelevant.
   std::vector<std::string> others() const {
     static const std::set<std::string> kKnown{"sensor_type", "comment", "rostopic", "cam_overlaps"};
     std::vector<std::string> keys;
@@ -423,7 +423,7 @@ StatedImu read_imu_yaml(const YamlFile& text) {
   StatedImu imu;
   if (const auto X_BS = file.pose("T_BS", "T_SB"))
     imu.X_BS = *X_BS;
-  else if (!file.find("update_rate"))  // else it is kalibr's
+  else if (!file.find("update_rate"))  // otherwise it is kalibr's
     file.at("T_BS");
   imu.rate_hz = file.number(file.either("rate_hz", "update_rate"));
   each_density(imu.noise, [&](const char* key, double& stated) {

@@ -23,10 +23,10 @@ std::string imu_yaml(const std::string& comment, const Eigen::Isometry3d& X_BS, 
 std::string body_sensor_yaml(const BodySensor& sensor, const RecordingSetup& setup);
 std::string motion_source_yaml(const MotionSource& source, const RecordingSetup& setup);
 std::string motion_yaml();
-/// Returns the body's file, which lists the further sensors, if any.
+/// Returns the body's file. It lists the additional sensors, if any.
 std::string body_yaml(const std::vector<rig::RigSensor>& rig = {});
-/// Returns the file of a further sensor with everything in RigSensor. begin: for an IMU, start of the first
-/// interval.
+/// Returns the file of an additional sensor with everything in RigSensor. begin: for an IMU, start of the
+/// first interval.
 std::string rig_sensor_yaml(const rig::RigSensor& sensor, const slam::Calibration& calibration,
                             std::optional<slam::Stamp> begin = {});
 
@@ -45,7 +45,7 @@ struct StatedCamera {
   std::optional<Eigen::Isometry3d> X_SI;  ///< the IMU in the camera's frame (T_cam_imu, T_imu_cam)
   std::vector<std::string> unread;        ///< ignored keys
 };
-/// Reads a sensor.yaml, or cam0 of a kalibr camchain. The calibration's X_CG is X_SB, else X_SI.
+/// Reads a sensor.yaml, or cam0 of a kalibr camchain. The calibration's X_CG is X_SB or, if absent, X_SI.
 StatedCamera read_camera_yaml(const YamlFile& file, RecordingSetup& setup);
 /// An IMU: its mounting on the body and its stated noise (zero if not stated).
 struct StatedImu {
@@ -57,15 +57,15 @@ struct StatedImu {
 };
 /// Reads a sensor.yaml, or kalibr's IMU file, which has update_rate and no T_BS.
 StatedImu read_imu_yaml(const YamlFile& file);
-/// Reads the pose of a key or of its inverse's key.
+/// Reads a pose from its key or from its inverse's key.
 Eigen::Isometry3d read_pose(const YamlFile& file, const std::string& key, const std::string& inverse = {});
 /// Throws FileError if the camera's two poses do not agree with the mounting of the IMU.
 void require_same_mounting(const fs::path& camera_file, const StatedCamera& camera, const fs::path& imu_file,
                            const StatedImu& imu);
-/// Reads the names of the joints, or of the further sensors.
+/// Reads the names of the joints, or of the additional sensors.
 std::vector<std::string> read_joints(const YamlFile& file);
 std::vector<std::string> read_body_yaml(const YamlFile& file);
-/// Reads a further sensor, and `begin` as in rig_sensor_yaml().
+/// Reads an additional sensor, and `begin` as in rig_sensor_yaml().
 std::pair<rig::RigSensor, std::optional<slam::Stamp>> read_rig_sensor_yaml(const YamlFile& file,
                                                                            const std::string& name);
 

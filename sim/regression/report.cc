@@ -63,7 +63,7 @@ std::string pairing_text(const ScenarioVerdict& s) {
   const std::string recordings =
       s.other_recordings == 0
           ? "the same recordings"
-          : fmt::format("{} differ{} (another walk, renderer or CPU)",
+          : fmt::format("{} differ{} (a different walk, renderer or CPU)",
                         files::counted(s.other_recordings, "recording"), s.other_recordings == 1 ? "s" : "");
   return fmt::format("{}{} paired{}, {}", paired < s.n_now ? fmt::format("{} of ", paired) : "",
                      files::counted(s.n_now, "seed"), paired < kSeedsForTest ? " (a test needs 8)" : "",
@@ -175,7 +175,8 @@ std::string xml(std::string_view text) {
       text, {{'&', "&amp;"}, {'<', "&lt;"}, {'>', "&gt;"}, {'"', "&quot;"}, {'\n', "&#10;"}, {'\t', "&#9;"}});
 }
 
-// Removes what terminals obey or XML forbids from a comparison: names, reasons and commands may be anything.
+// Removes terminal control characters and characters forbidden in XML from a comparison, because names,
+// reasons and commands are arbitrary text.
 Comparison sanitized(Comparison comparison) {
   const auto clean = [](std::string& text) { text = files::sanitize(text); };
   clean(comparison.title);
@@ -207,8 +208,8 @@ std::string cell(std::string_view text) {
                          {'\t', " "}});
 }
 
-// Returns the same as code. There, only the cell separator can be escaped, and only if no backslash precedes
-// it.
+// Returns the same as inline code, in which only the cell separator can be escaped, and only if no backslash
+// precedes it.
 std::string code(std::string_view text) {
   std::string out = replaced(text, {{'`', "'"}, {'\n', " "}, {'\t', " "}});
   for (std::size_t at = 0; (at = out.find('|', at)) != out.npos;) {

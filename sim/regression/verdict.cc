@@ -184,7 +184,7 @@ std::vector<MetricVerdict> judge_gates(const ScenarioResults& baseline, const Sc
   return verdicts;
 }
 
-// The verdict on gates of a scenario that only one side has.
+// The verdict on gates of a scenario that exists on only one side.
 std::vector<MetricVerdict> one_sided(const std::vector<result::SeedScore>& seeds,
                                      const std::vector<Gate>& gates, Verdict verdict) {
   std::vector<MetricVerdict> verdicts;

@@ -65,7 +65,7 @@ struct ScenarioVerdict {
   std::vector<LimitVerdict> limits;
   /// The mean fraction of true poses with an estimate, of the baseline and now; absent if unknown.
   std::optional<std::pair<double, double>> coverage{};
-  double wall_s = 0;   ///< of the current runs; 0 if unknown
+  double wall_s = 0;   ///< wall time of the current runs; 0 if unknown
   std::string file{};  ///< the scenario's file
   /// Returns the command that repeats the run of a seed; may be empty.
   std::function<std::string(std::uint64_t seed)> repro{};
@@ -83,7 +83,7 @@ ScenarioVerdict compare(const ScenarioResults& baseline, const ScenarioResults& 
                         const std::vector<Gate>& gates);
 
 /// Returns verdicts on the allowed endings, on the limits for each seed (for a metric with an expected value:
-/// on the mean), and on those over seeds. Leaves out a limit that has no value on any seed if the scenario
+/// on the mean), and on limits over seeds. Leaves out a limit that has no value on any seed if the scenario
 /// has no filter. expects_missed: instead, every seed must miss a limit on single seeds, as for an estimator
 /// too simple for the scenario.
 std::vector<LimitVerdict> judge_limits(const scenario::Scenario& scenario,

@@ -13,7 +13,7 @@ namespace fs = std::filesystem;
 
 constexpr double kLongest_s = 3600;  // longest duration of a stand command
 
-// No noise beyond that of the sensors. The walk is required, but unused: its length bounds faults.
+// Adds no noise to the sensors' own. The walk is required, but only its length is used, as a bound on faults.
 std::string text_of(double duration_s) {
   return fmt::format("walk: {{commands: [stand: {{duration_s: {}}}]}}", std::min(duration_s, kLongest_s)) +
          R"(
@@ -56,7 +56,8 @@ std::optional<std::string> why_no_scale(const slam::Options& options, bool has_m
   return "camera and gyroscope do not determine the scale: see ate_sim3_rmse_m";
 }
 
-// The first image defines W. A truth that starts later is moved so that its first pose is the estimate then.
+// The first image defines W. A truth that starts later is moved so that its first pose equals the estimate at
+// that time.
 void begin_at_estimate(std::vector<files::TimedPose>& truth,
                        const std::vector<estimators::PoseEstimate>& estimates) {
   for (const files::TimedPose& first : truth) {
@@ -127,7 +128,7 @@ slam::Matrix6d moved_covariance(const slam::Matrix6d& P, const Eigen::Isometry3d
 /// Returns the camera's poses at the stamps of the frames, in the program's own world.
 Poses poses_at_frames(const files::TrajectoryFile& file, const Frames& frames, PosedBody body,
                       const slam::Calibration& calibration) {
-  slam::Stamp shift{0};      // from the file's stamps to the run's
+  slam::Stamp shift{0};      // offset from the file's stamps to the run's
   if (file.columns.empty())  // KITTI
     shift = frames.first_image;
   else if (file.rows.front().t > recording::kEpoch / 2)
@@ -176,7 +177,7 @@ void read_run(const ExternalRun& run, const Frames& frames, result::RunRecord& r
     throw estimators::EstimatorFailed("its trajectory has positions only, expected poses");
   if (file.counts_frames)
     throw estimators::EstimatorFailed(
-        "its trajectory has frame numbers for stamps: write times.txt beside it");
+        "its trajectory has frame numbers for stamps: write times.txt next to it");
   if (file.warning) run.warn("its trajectory: " + *file.warning);
   Poses poses = poses_at_frames(file, frames, run.body, record.setup.calibration);
   const bool whole = std::ranges::all_of(

@@ -13,7 +13,7 @@ namespace sim::replay {
 /// How a recorded walk ended.
 struct WalkEnd {
   scenario::Ended ended;
-  /// Why the replayed estimator would have steered the robot on another walk, if so.
+  /// Why the replayed estimator would have steered the robot on a different walk, if so.
   std::optional<std::string> counterfactual = {};
   std::string models_hash = {};  ///< hash of the simulated walk's models; empty if unknown
 };
@@ -32,8 +32,8 @@ result::Outcome replay(const scenario::ReadScenario& scenario, const std::filesy
                        const result::Progress& progress, Recorded recorded = Recorded::left_out);
 
 /// Returns the scenario for a replay of an external recording, with the noise stated in the folder, no
-/// further sensor errors, and `changes` applied last. Without a walking plan, the initial standard deviation
-/// of the gyro's bias is 0.1 rad/s, and accelerometer, plan velocity and height are not used.
+/// additional sensor errors, and `changes` applied last. Without a walking plan, the initial standard
+/// deviation of the gyro's bias is 0.1 rad/s, and accelerometer, plan velocity and height are not used.
 scenario::ReadScenario external_scenario(const recording::AslFolder& folder,
                                          const scenario::Changes& changes);
 
@@ -48,10 +48,10 @@ enum class PosedBody { camera, imu };
 /// The output of an external program for the export of a recording.
 struct ExternalRun {
   std::filesystem::path trajectory;  ///< in any format that files::read_trajectory reads
-  std::string columns = {};          ///< their names, if given; see files::read_trajectory
+  std::string columns = {};          ///< names of its columns, if given; see files::read_trajectory
   PosedBody body = PosedBody::camera;
-  score::Alignment alignment = score::Alignment::none;  ///< of its world with W, by the truth
-  std::string log = {};                                 ///< what the program printed
+  score::Alignment alignment = score::Alignment::none;  ///< aligns its world with W, by the truth
+  std::string log = {};                                 ///< output of the program
   double cpu_ms = 0;                                    ///< CPU time of the whole run
   bool keep = false;                                    ///< keep it in the result as trajectory.txt
   std::optional<std::string> failed = {};               ///< why the trajectory is missing

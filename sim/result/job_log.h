@@ -1,4 +1,4 @@
-// Records of jobs, and the log of finished trials. Trials are on disk before further ones start, so that a
+// Records of jobs, and the log of finished trials. Trials are on disk before the next ones start, so that a
 // killed command can be resumed.
 #pragma once
 
@@ -33,20 +33,20 @@ std::string to_line(const JobRecord& record);
 /// Returns the record in a line, or nothing if the line is not one.
 std::optional<JobRecord> from_line(std::string_view line);
 
-/// Returns the records as lines, and those in a file of such lines.
+/// Returns the records as lines, and the records in a file of such lines.
 std::string to_lines(const std::vector<JobRecord>& records);
 std::vector<JobRecord> read_records(const fs::path& file);
 
-/// Returns a hash (32 hex digits) of the parts that a job depends on. It also depends on where parts begin
-/// and end.
+/// Returns a hash (32 hex digits) of the parts that a job depends on, which also depends on the boundaries
+/// of the parts.
 std::string job_key(std::initializer_list<std::string_view> parts);
 
 /// An append-only file of records, written by one process at a time.
 class JobLog {
  public:
-  /// Opens or creates the log and removes everything from its first incomplete line on, which a killed
-  /// process or a power failure left. `purpose`, the first line, identifies the jobs and the program. Throws
-  /// FileError if the log has another purpose or cannot be written.
+  /// Opens or creates the log and removes its first incomplete line, left by a killed process or a
+  /// power failure, and everything after it. `purpose`, the first line, identifies the jobs and the program.
+  /// Throws FileError if the log has a different purpose or cannot be written.
   JobLog(const fs::path& file, std::string_view purpose);
 
   /// Returns the record with that key, valid as long as the log exists, or nullptr.

@@ -135,8 +135,7 @@ std::string metric_lines(const SeedScore& scored, const TableStyle& style) {
   std::size_t width = 24;
   for (const SeedMetric& metric : scored.metrics) {
     const score::MetricDefinition* defined = score::find_metric(metric.name);
-    if (!style.all_metrics && !(defined && defined->headline) &&
-        verdicts(scored, metric.name, false).empty())
+    if (!style.all_metrics && !(defined && defined->headline) && verdicts(scored, metric.name, false).empty())
       continue;
     shown_metrics.push_back(metric);
     width = std::max(width, metric.name.size());

@@ -37,10 +37,12 @@ inline std::string painted(const std::string& text, Paint paint, bool colors) {
 /// Returns a metric's values for the seeds that have one.
 std::vector<double> values_of(const std::string& metric, const std::vector<SeedScore>& seeds);
 
+/// Returns the limit's verdict. A missing value misses the limit, or is not judged if the scenario has no
+/// filter.
 JudgedLimit judge(const scenario::Scenario& scenario, const scenario::MetricLimit& limit,
                   std::optional<double> value);
 
-/// Judges the limits on single runs (those without an aggregate). value_of: the value of a metric by its
+/// Judges the limits on single runs (limits without an aggregate). value_of: the value of a metric by its
 /// name.
 std::vector<JudgedLimit> judge_run(const scenario::Scenario& scenario,
                                    const std::function<std::optional<double>(const std::string&)>& value_of);
@@ -48,8 +50,8 @@ std::vector<JudgedLimit> judge_run(const scenario::Scenario& scenario,
 /// Returns whether the scenario allows this ending.
 bool is_allowed(const scenario::Scenario& scenario, scenario::Ending ending);
 
-/// Returns the exit code of a run: 3 if the scenario does not allow its ending, 1 if it missed a limit, else
-/// 0.
+/// Returns the exit code of a run: 3 if the scenario does not allow its ending, 1 if it missed a limit,
+/// otherwise 0.
 int exit_code(const scenario::Scenario& scenario, scenario::Ending ending,
               const std::vector<JudgedLimit>& limits);
 
@@ -63,8 +65,8 @@ std::string verdict_text(std::optional<bool> passed, bool colors);
 nlohmann::ordered_json to_json(const JudgedLimit& judged);
 
 /// One metric over the seeds that have a value. The worst value is the one closest to missing the metric's
-/// limit. Without a limit, and for a metric with an expected value, the metric's definition says which value
-/// is the worst.
+/// limit. Without a limit, and for a metric with an expected value, the metric's definition states which
+/// value is the worst.
 struct MetricSummary {
   std::string name, unit;
   score::Summary over_seeds;
@@ -88,16 +90,16 @@ nlohmann::ordered_json to_json(const Summary& summary);
 /// Writes summary.json completely or not at all. Throws FileError.
 void write_summary(const fs::path& file, const Summary& summary);
 
-/// Updates the summary.json beside a new result seed-<n>, if there is one and no other process is writing it,
-/// so that it covers all seeds of the same provenance.
+/// Updates the summary.json next to a new result seed-<n>, if there is one and no other process is writing
+/// it, so that it covers all seeds of the same provenance.
 void renew_summary(const fs::path& result);
 
 /// Returns a table for the terminal: seeds, headline metrics and metrics with limits (or all), and limits.
 std::string summary_table(const Summary& summary, const TableStyle& style = {});
 
 /// Returns a table of the headline metrics and the metrics with limits, or of all, from a result folder. A
-/// reason shared by several metrics appears once, below them. The table includes the cause of any ending but
-/// completed, unless `failed` says that the caller prints it.
+/// reason shared by several metrics appears once, below them. The table includes the cause of any ending
+/// other than completed, unless `failed` is set because the caller prints it.
 std::string score_table(const fs::path& result_folder, const TableStyle& style = {}, bool failed = false);
 
 }  // namespace sim::result

@@ -115,7 +115,7 @@ void write_score(const fs::path& file, const scenario::Scenario& scenario, const
   json["limits"] = ordered_json::array();
   for (const JudgedLimit& judged : limits) {
     json["limits"].push_back(to_json(judged));
-    if (!judged.passed) json["limits"].back()["reason"] = "no filter was to run";
+    if (!judged.passed) json["limits"].back()["reason"] = "no filter was requested";
   }
   files::write_text(file, files::json_text(json, 2) + "\n");
 }

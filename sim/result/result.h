@@ -20,7 +20,7 @@ double thread_cpu_ms();
 struct FrameTiming {
   slam::Stamp t{0};
   double plan_and_physics_ms = 0, render_ms = 0, encode_ms = 0, record_ms = 0, filter_ms = 0;  ///< CPU time
-  int landmarks = 0;     ///< in the filter's map after the frame
+  int landmarks = 0;     ///< number in the filter's map after the frame
   bool answered = true;  ///< false: the frame was dropped or the estimator had failed
 };
 
@@ -64,7 +64,7 @@ struct RunRecord {
   std::string recording_hash;
   std::vector<files::TimedPose> planned_camera = {};  ///< X_PC, without a planned waist
   std::optional<std::string> counterfactual =
-      {};  ///< why the replayed estimator would have steered another walk
+      {};  ///< why the replayed estimator would have steered a different walk
   std::optional<score::Alignment> alignment = {};  ///< alignment of an external trajectory with the truth
   double scaled_by = 1;                            ///< scale factor of that alignment
   std::optional<std::string> no_scale = {};        ///< why the estimate's scale is unknown, if so
@@ -76,7 +76,7 @@ inline slam::Stamp exposure(const scenario::Scenario& scenario) {
 }
 /// Returns whether the estimator is the built-in filter (with or without images).
 bool uses_filter(const scenario::Scenario& scenario);
-/// Returns whether it is the filter with images, which tracks once it has its first landmark.
+/// Returns whether it is the filter with images, which starts to track when it has its first landmark.
 bool uses_images(const scenario::Scenario& scenario);
 
 /// Returns the ending of the walk or, if the walk was completed, of the estimate.

@@ -48,7 +48,7 @@ About about_of(const files::Json& json) {
 std::string last_lines(std::string log) {
   constexpr std::size_t kMostLines = 5, kMostBytes = 4096;
   log.erase(0, log.size() - std::min(log.size(), kMostBytes));
-  std::ranges::replace(log, '\r', '\n');  // of progress lines
+  std::ranges::replace(log, '\r', '\n');  // from progress lines
   std::size_t begin = log.find_last_not_of('\n');
   for (std::size_t lines = 0; lines < kMostLines && begin != log.npos && begin > 0; ++lines)
     begin = log.rfind('\n', begin - 1);

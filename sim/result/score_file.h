@@ -36,7 +36,7 @@ struct JudgedLimit {
 struct ScoredFault {
   std::string kind, cause;
   double from_s = 0;
-  std::optional<double> to_s{};  ///< absent: until the end
+  std::optional<double> to_s{};  ///< absent: lasts until the end
 };
 
 /// Separates a failure's cause from the last lines of the program that failed.
@@ -64,7 +64,7 @@ struct SeedScore {
   std::optional<double> coverage() const;
 };
 
-/// Reads a score.json. Throws FileError, also if a value has another type.
+/// Reads a score.json. Throws FileError, also if a value has the wrong type.
 SeedScore read_score(const fs::path& file);
 
 /// Reads the score of a result folder with cause, recording, wall time, and the last lines of the estimator's
@@ -82,15 +82,16 @@ struct About {
   std::uint64_t seed = 0;
   std::string cause;  ///< cause of the run's ending
   std::optional<scenario::Ended> walk;
-  std::optional<std::string> counterfactual;  ///< of a replay: why its estimator would steer another walk
-  std::string alignment;                      ///< alignment of an external trajectory with the truth
-  std::string recording;                      ///< hash of the recording's manifest
-  std::string models;                         ///< hash of the walk's models
+  /// For a replay: why its estimator would steer a different walk.
+  std::optional<std::string> counterfactual;
+  std::string alignment;        ///< alignment of an external trajectory with the truth
+  std::string recording;        ///< hash of the recording's manifest
+  std::string models;           ///< hash of the walk's models
   std::string estimator_files;  ///< hash of the files of external programs (controller, estimator)
   std::map<std::string, std::string, std::less<>> set_by;  ///< the origin of each key
 };
 
-/// Reads an about.json. Throws FileError "file: key: ..." if it cannot be read or a value has another type.
+/// Reads an about.json. Throws FileError "file: key: ..." if it cannot be read or a value has the wrong type.
 About read_about(const fs::path& file);
 
 /// Reads the about.json of a result that will be replayed. Throws FileError, also if the walk's ending is
@@ -118,6 +119,7 @@ struct Provenance {
   std::string estimator_files;  ///< hash of external programs' files; empty without any
   bool operator==(const Provenance&) const = default;
 };
+/// revision: the program's revision. models: hash of the models. Throws FileError.
 Provenance provenance_of(scenario::Scenario scenario, const std::string& revision, const std::string& models);
 /// Throws FileError or ConfigError if the result is incomplete.
 Provenance provenance_of(const fs::path& result);

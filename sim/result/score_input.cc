@@ -6,8 +6,8 @@
 namespace sim::result {
 namespace {
 
-/// Returns the poses without those of answers that say lost, and each pose once. point: in C, the one to
-/// score.
+/// Returns each pose once, without poses from answers with the status lost. point: the point to score,
+/// in C.
 std::vector<files::TumRow> estimate(const tracking::Tracked& tracked,
                                     const std::optional<Eigen::Vector3d>& point) {
   std::vector<files::TumRow> poses;
@@ -42,8 +42,8 @@ void add_reports(score::Run& run, const tracking::Tracked& tracked, bool with_us
   for (auto& [id, history] : histories) run.landmarks.push_back(std::move(history));
 }
 
-/// Returns the health in order of time, without late observations. An answer without a new pose does not
-/// track. by_landmarks: the estimator tracks once it has its first landmark.
+/// Returns the health in chronological order, without late observations. An answer without a new pose does
+/// not track. by_landmarks: the estimator starts to track when it has its first landmark.
 std::vector<score::TimedHealth> health(const tracking::Tracked& tracked, bool by_landmarks) {
   std::vector<score::TimedHealth> all;
   bool tracks = !by_landmarks;
@@ -99,7 +99,7 @@ score::TrueCamera true_camera(const slam::CameraIntrinsics& intrinsics) {
   return truth;
 }
 
-/// Returns the robot's weight: the median of what both feet carry together, N.
+/// Returns the robot's weight: the median of the load on both feet, N.
 double weight(const std::vector<score::TrueFeet>& feet) {
   std::vector<double> loads;
   for (const score::TrueFeet& both : feet) loads.push_back(both.left.load_n + both.right.load_n);
@@ -133,7 +133,7 @@ std::vector<score::FootRow> feet(const recording::Truth& truth) {
   return rows;
 }
 
-/// Returns the robot's measures as shown by the start of a plan: start posture, P under the waist.
+/// Returns the robot's dimensions as shown by the start of a plan: start posture, P below the waist.
 walking::Robot robot_at_start(const recording::Truth& truth) {
   walking::Robot robot;
   robot.base_height = truth.waist_plan.front().X.translation().z();
@@ -144,7 +144,7 @@ walking::Robot robot_at_start(const recording::Truth& truth) {
   return robot;
 }
 
-/// Returns the waist above feet that stand together.
+/// Returns the pose of the waist above feet that stand side by side.
 Eigen::Isometry3d waist_above(const walking::Robot& robot, const walking::FootPose& feet) {
   const walking::FootPose waist = feet * walking::inverse({{robot.sole_ahead, 0}, 0});
   Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
@@ -166,7 +166,8 @@ score::DesiredPath desired_path(const walking::WalkOptions& walk, const recordin
   return path;
 }
 
-/// Returns the path that an external controller's robot had to follow. The recorded one ends where it waited.
+/// Returns the path that a robot with an external controller had to follow. The recorded path ends where it
+/// waited.
 score::DesiredPath desired_path(const walking::WalkOptions& walk, const score::Trajectory& waist) {
   const controllers::Path path(walk.commands, {1, 1, 1});  // speeds do not change its end
   const walking::FootPose end = path.pose(path.duration_s());

@@ -49,7 +49,7 @@ bool has_images(const Item& item) {
   return std::holds_alternative<GrayEye>(item) || std::holds_alternative<ColorCamera>(item);
 }
 
-// Intel RealSense D435i. The color imager, with a rolling shutter, is 15 mm beside the left infrared imager,
+// Intel RealSense D435i. The color imager, with a rolling shutter, is 15 mm from the left infrared imager,
 // which is the head camera. The IMU is a BMI055. Depth is matched at 848 x 480 and decimated to the head
 // camera's size.
 std::vector<Item> d435i() {

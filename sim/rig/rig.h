@@ -1,4 +1,4 @@
-// The rig: the scenario's list of further sensors besides head camera and chest IMU, the mounting of all
+// The rig: the scenario's list of sensors in addition to head camera and chest IMU, the mounting of all
 // sensors, and the calibrated sensors as used by recordings, estimators, exports and pages.
 #pragma once
 
@@ -11,7 +11,7 @@ namespace sim::rig {
 /// Names of the sensors that every recording has.
 inline constexpr const char *kHeadCamera = "cam0", *kChestImu = "imu0";
 
-/// A mount without a link is relative to where the model has the sensor.
+/// A mount without a link is relative to the sensor's place in the model.
 inline constexpr const char* kModel = "model";
 
 /// How a sensor is mounted on a link of the robot's model. The axes of the link and of the mounted sensor are
@@ -25,7 +25,7 @@ struct Mount {
     value<&Mount::link>(
         key,
         "link of the robot that carries the sensor; model: position and angles are relative to the sensor's "
-        "place in the model, those of the rig's sensors to the head camera");
+        "place in the model or, for the rig's sensors, to the head camera");
     number<&Mount::position_m>(key, -10, 10, "position on the link: forward, left, up");
     degrees<&Mount::yaw_rad>(key, -180, 180,
                              "turn about the vertical axis, positive to the left, applied first");
@@ -105,14 +105,14 @@ struct ColorCamera : Sensor, Imager {
     Sensor::keys(key);
     Imager::size_keys(key);
     degrees<&ColorCamera::fov_rad>(key, 10, 120, "horizontal field of view without distortion");
-    number<&ColorCamera::distortion>(key, 0, 1.3, "radial parameter relative to that of the paper's camera");
+    number<&ColorCamera::distortion>(key, 0, 1.3, "radial parameter relative to the paper's camera");
     Imager::shutter_keys(key);
     number<&ColorCamera::read_sigma_gray>(key, 0, 100, "noise of a black pixel, in levels of 255");
     number<&ColorCamera::shot_sigma_gray>(key, 0, 50, "photon noise of a white pixel, in levels of 255");
   }
 };
 
-/// Depth at the pixels and stamps of another camera, seen from that camera's place.
+/// Depth at the pixels and stamps of another camera, as seen from that camera.
 struct DepthCamera {
   static constexpr const char* kName = "depth";
   std::string name = "depth0", aligned_with = kHeadCamera;
@@ -124,7 +124,7 @@ struct DepthCamera {
     value<&DepthCamera::name>(key, "name of the sensor and of its folder in the recording");
     value<&DepthCamera::aligned_with>(key, "the camera that has the same pixels, place and stamps");
     number<&DepthCamera::nearest_m>(key, 0.05, 60, "nearer surfaces give no depth");
-    number<&DepthCamera::furthest_m>(key, 0.05, 60, "surfaces further away give no depth");
+    number<&DepthCamera::furthest_m>(key, 0.05, 60, "surfaces farther away give no depth");
     number<&DepthCamera::baseline_m>(
         key, 0.001, 1, "baseline b of the measuring stereo pair: the error is z² disparity_sigma_px / (f b)");
     number<&DepthCamera::stereo_width_px>(
@@ -134,7 +134,8 @@ struct DepthCamera {
     number<&DepthCamera::disparity_sigma_px>(key, 0, 10, "error of the disparity; 0: exact depth");
     number<&DepthCamera::window_px>(key, 1, 64,
                                     "matching window, which correlates neighbors' errors; 1: independent");
-    number<&DepthCamera::edge_px>(key, 0, 20, "pixels beside an occlusion edge that give no depth");
+    number<&DepthCamera::edge_px>(key, 0, 20,
+                                  "width of the band along an occlusion edge that gives no depth");
   }
   std::optional<std::string> problem() const;
 };
@@ -156,7 +157,7 @@ struct Lidar : Sensor {
     degrees<&Lidar::lowest_rad>(key, -90, 90, "lowest ray, from the horizontal plane of the sensor");
     degrees<&Lidar::highest_rad>(key, -90, 90, "highest ray");
     number<&Lidar::nearest_m>(key, 0.01, 200, "nearer surfaces give no point");
-    number<&Lidar::furthest_m>(key, 0.01, 200, "surfaces further away give no point");
+    number<&Lidar::furthest_m>(key, 0.01, 200, "surfaces farther away give no point");
     number<&Lidar::range_sigma_m>(key, 0, 10, "noise of the range");
     degrees<&Lidar::angle_sigma_rad>(key, 0, 10, "noise of azimuth and elevation");
   }
@@ -184,13 +185,13 @@ struct Imu : Sensor {
   std::optional<std::string> problem() const;
 };
 
-/// One further sensor.
+/// One additional sensor.
 using Item = std::variant<GrayEye, ColorCamera, DepthCamera, Lidar, Imu>;
 
 const std::string& name_of(const Item& item);
 
-/// Returns the rig with that name: head_2006 (the paper's: no further sensors), d435i, d435i_mid360. Returns
-/// nothing for other names.
+/// Returns the rig with that name: head_2006 (the paper's: no additional sensors), d435i, d435i_mid360.
+/// Returns nothing for other names.
 std::optional<std::vector<Item>> preset(std::string_view name);
 std::vector<std::string_view> preset_names();
 
@@ -199,6 +200,7 @@ struct Problem {
   std::size_t item;
   std::string what;
 };
+/// Returns the first problem, if any.
 std::optional<Problem> problem(const std::vector<Item>& items);
 /// Returns the first of these sensor names that is taken or not a folder name, and why.
 std::optional<Problem> name_problem(const std::vector<std::string>& names);
@@ -207,7 +209,7 @@ enum class Kind { gray, color, depth, lidar, imu };
 /// The words for the kinds, in the order of their values.
 inline constexpr std::array<std::string_view, 5> kKinds{"gray", "color", "depth", "lidar", "imu"};
 
-/// A further sensor of a recording.
+/// An additional sensor of a recording.
 struct RigSensor {
   std::string name;  ///< name of the sensor and of its folder
   Kind kind = Kind::gray;
@@ -262,7 +264,7 @@ std::vector<double> coefficients(const slam::Lens& lens);
 /// Returns the index of the camera that a depth camera is aligned with, or -1 for the head camera.
 int partner(const std::vector<RigSensor>& rig, const RigSensor& depth);
 
-/// A camera that approximates another one, and the differences of their pixels over the whole image.
+/// A camera that approximates another one, and the differences between their pixels over the whole image.
 struct FittedCamera {
   slam::CameraIntrinsics camera;
   double rms_px = 0, largest_px = 0;

@@ -65,8 +65,8 @@ class Canvas {
 };
 
 /// Returns the RGB picture of a texture, first row on top, which depends only on name and seed; empty for an
-/// unknown name. Names are a kind and a number ("books_3"): each kind has one painter, each number makes its
-/// own choices.
+/// unknown name. Names are a kind and a number ("books_3"): each kind has one painter, and each number gives
+/// a different picture.
 cv::Mat3b paint_texture(std::string_view name, std::uint64_t seed);
 
 /// Side lengths of the office and the hall, m.

@@ -1,4 +1,4 @@
-// Furniture, and the paper on walls.
+// Furniture, and the sheets of paper on walls.
 #include <algorithm>
 #include <cmath>
 
@@ -67,7 +67,7 @@ void paint_row(Canvas& shelf, double floor, double room, cv::RNG& random) {
   }
 }
 
-// A page of text, turned by at most `askew` (rad) either way.
+// Paints a page of text, turned by at most `askew` (rad) either way.
 void paint_sheet(Canvas& canvas, cv::Point2d at, double askew, cv::RNG& random) {
   const double angle = random.uniform(-askew, askew);
   const cv::Point2d across(std::cos(angle), std::sin(angle)), down(-across.y, across.x);

@@ -139,7 +139,7 @@ Canvas paint_hall_ceiling(cv::RNG& random, int) {
   return module;
 }
 
-// Paints the skirting, sockets and scuffs of every wall, and its darkening toward ceiling and floor.
+// Paints the baseboard, outlets and scuffs of every wall, and its darkening toward ceiling and floor.
 Canvas plain_wall(double width, const Color& color, cv::RNG& random) {
   Canvas wall(width, kHigh, 0.005, color);
   const double w = wall.width(), h = wall.height();

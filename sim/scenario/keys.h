@@ -11,8 +11,8 @@
 namespace sim::scenario {
 
 // The lists in a scenario. Each item, such as `- stand: {duration_s: 1}`, is of one of a fixed set of kinds.
-// A kind has kName and keys. If it has problem(), this returns what is wrong with an item as a whole. If it
-// has `list`, its value in the file is a list, which goes there.
+// A kind has kName and keys. Its problem(), if any, returns what is wrong with an item as a whole. If it
+// has a member `list`, its value in the file is a list, which is stored there.
 
 template <class Item>
 concept ListItem = std::same_as<Item, walking::Command> || std::same_as<Item, sensor_errors::Fault> ||
@@ -35,7 +35,7 @@ inline constexpr ValueType kValueType<std::vector<Item>>{
 template <ListItem Item>
 std::string describe();
 
-/// A value that can be set in an owner: the options that keys_of() was asked about. The member's initializer
+/// A value that can be set in an owner, the options object passed to keys_of(). The member's initializer
 /// is its default, and the end of its name is its unit.
 struct Key {
   /// A step from an object to one of its members, or to the content of an optional one.
@@ -45,7 +45,7 @@ struct Key {
   };
 
   std::string name;      ///< dotted: "walk.step_length_m"
-  std::string doc;       ///< what the key means
+  std::string doc;       ///< meaning of the key
   std::string expected;  ///< "a number from 0.01 to 0.4"
   Domain domain;
   const ValueType* type;
@@ -85,7 +85,7 @@ class KeyList : public walking::KeyVisitor {
 template <class Options>
 class KeyCollector : public KeyList {
  public:
-  /// prefix: of all names. place: path from the owner to the Options.
+  /// prefix: start of all names. place: path from the owner to the Options.
   KeyCollector(std::string prefix, std::vector<Key::Step> place, std::vector<Key>& keys)
       : KeyList(std::move(prefix), std::move(place), keys) {}
 
@@ -154,7 +154,7 @@ bool has_section(const Scenario& scenario, std::string_view key);
 /// camera.
 bool shapes_recording(std::string_view key);
 
-/// Returns whether a key affects a filter's estimates: those below errors and slam, `estimator`, and those
+/// Returns whether a key affects a filter's estimates: keys below errors and slam, `estimator`, and keys
 /// below estimator.time.
 bool shapes_estimate(std::string_view key);
 
@@ -173,17 +173,17 @@ std::string models_hash(const std::filesystem::path& models);
 /// different bits.
 std::string recording_key(const Scenario& scenario, const std::string& models, const std::string& program);
 
-/// A key that affects recordings and differs, with its recorded and its current value ("left out" if its
+/// A key that affects recordings and has changed, with its recorded and its current value ("left out" if its
 /// section is missing).
 struct RecordingDifference {
   std::string key, recorded, now;
 };
-/// Returns the first key, of those that `counts`, whose value in `scenario` differs from the recorded one.
+/// Returns the first key accepted by `counts` whose value in `scenario` differs from the recorded one.
 std::optional<RecordingDifference> first_difference(const Scenario& recorded, const Scenario& scenario,
                                                     bool (*counts)(std::string_view) = shapes_recording);
 
-/// Returns why a replay with this scenario, which has slam, would have steered another walk than the recorded
-/// one: an estimate steered that walk, and now the estimate is another. Returns nothing otherwise.
+/// Returns why a replay with this scenario, which has slam, would have steered a walk other than the recorded
+/// one: an estimate steered that walk, and the estimate is now different. Returns nothing otherwise.
 std::optional<std::string> counterfactual(const Scenario& recorded, const Scenario& scenario);
 
 // Limits on metrics: `ate_se3_rmse_m: {at_most: 0.1}`, `ate_se3_rmse_m.median: {at_most: 0.05}`.

@@ -5,7 +5,8 @@
 namespace sim::scenario {
 namespace {
 
-/// What messages call an item, a whole item as YAML without the dash, and how many items there must be.
+/// The name of an item in messages, an example of an item as YAML without the dash, and how many items there
+/// must be.
 struct Grammar {
   std::string_view noun, example;
   std::size_t least = 0;

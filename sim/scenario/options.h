@@ -81,7 +81,7 @@ struct Limits {
 enum class TimeModel { none, fixed, measured };
 inline constexpr std::array<std::string_view, 3> kTimeModels{"none", "fixed", "measured"};
 
-/// What happens to frames that arrive when the estimator is busy and the queue is full.
+/// The treatment of frames that arrive when the estimator is busy and the queue is full.
 enum class OnBusy { drop, wait };
 inline constexpr std::array<std::string_view, 2> kOnBusy{"drop", "wait"};
 
@@ -102,7 +102,7 @@ struct EstimatorTime {
         key, 0, 1, "number of frames that wait for a busy estimator; a newer frame replaces the waiting one");
     choice<&EstimatorTime::on_busy>(
         key, kOnBusy,
-        "what happens to further frames while the estimator is busy: drop (their images; IMU readings go "
+        "treatment of further frames while the estimator is busy: drop (their images; IMU readings go "
         "with the next frame), or wait in turn");
   }
 };
@@ -125,7 +125,7 @@ struct ControllerTime {
   }
 };
 
-/// Everything that affects a run. Without a camera it has no frames, without slam no filter.
+/// Everything that affects a run. A run without `camera` has no frames, and without `slam` no filter.
 struct Scenario {
   std::string name;
   std::uint64_t seed = 1;
@@ -153,7 +153,7 @@ struct Scenario {
     part<&Scenario::stabilizer, &Scenario::world, &Scenario::camera, &Scenario::imu>(key);
     value<&Scenario::rig>(
         key,
-        "further sensors, which the filter does not use: a preset (head_2006, d435i, d435i_848 "
+        "additional sensors, which the filter does not use: a preset (head_2006, d435i, d435i_848 "
         "or d435i_mid360) or a list of sensors and presets");
     part<&Scenario::errors>(key);
     value<&Scenario::estimator>(key,

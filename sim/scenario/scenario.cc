@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 /// Throws ConfigError at the command that makes the walk too long.
 std::optional<walking::Timeline> planned(const ReadScenario& read) {
   try {
-    // A robot of no size. Steps that do not close a real robot's feet may be one step fewer here.
+    // A robot without size. Its plan may have one step fewer than a real robot's, which must close its feet.
     return walking::Timeline({}, read.scenario.walk, {}, Eigen::Vector2d::Zero());
   } catch (const walking::TooLong& e) {
     const auto command = static_cast<std::size_t>(e.command);
@@ -167,7 +167,7 @@ class ScenarioReader {
  public:
   ReadScenario result;
 
-  /// Reads all keys of a file, after those of its bases. root.origin.file: its path.
+  /// Reads all keys of a file after reading its bases. root.origin.file: its path.
   void read_file(const Yaml& root) {
     if (root.kind != Yaml::Kind::map)
       fail(root, "", "expected keys and values, as in slam.gyro.sigma_rad_s: 0.01");
@@ -264,7 +264,8 @@ class ScenarioReader {
     if (value.kind == Yaml::Kind::map && find_key(path) == nullptr && (limit || is_section(path))) {
       if (limit && value.keys.empty()) fail(at, path, "is empty, expected at_most or at_least");
       if (!limit) require_section(at, path);
-      if (path == "limits" && value.keys.empty()) result.scenario.limits.metrics.clear();  // of the bases
+      if (path == "limits" && value.keys.empty())
+        result.scenario.limits.metrics.clear();  // removes the bases' limits
       return read_map(value, path);
     }
     // `a.b: 1` and `a: {b: 2}` name the same key.
@@ -276,7 +277,7 @@ class ScenarioReader {
     result.places[path] = at.origin;
   }
 
-  // In {program: ..., time: {...}}, the time is a section beside the choice of the program.
+  // In {program: ..., time: {...}}, the time is a section, separate from the choice of the program.
   void read_timed(const Yaml& at, const std::string& path, Yaml value) {
     const auto i = value.find("time") - value.items.data();
     read_entry(value.keys[static_cast<std::size_t>(i)], path + ".time", Yaml(*value.find("time")));
@@ -326,7 +327,7 @@ class ScenarioReader {
       fail(at, path, fmt::format("this scenario has no section '{}'", section));
   }
 
-  std::vector<fs::path> open_files_;          // each is a base of the previous one
+  std::vector<fs::path> open_files_;          // each one is a base of the previous one
   std::map<std::string, std::string> given_;  // keys of the current file, and where
 };
 
@@ -343,7 +344,7 @@ void leave_out(Scenario& scenario, const std::vector<std::string>& without) {
       throw ConfigError(
           fmt::format("--without {}: expected camera or slam{}", section, did_you_mean(section, kSections)));
     }
-    std::erase_if(scenario.errors.faults,  // without either there is no filter
+    std::erase_if(scenario.errors.faults,  // there is no filter without both
                   [](const auto& fault) { return !sensor_errors::is_of_steering(fault); });
   }
 }

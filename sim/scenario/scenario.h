@@ -13,7 +13,7 @@ struct ReadScenario {
   Scenario scenario;
   std::map<std::string, std::string, std::less<>> origin;
   std::vector<Origin> command_origins = {};                ///< for each of walk.commands
-  std::map<std::string, Origin, std::less<>> places = {};  ///< where each key was set
+  std::map<std::string, Origin, std::less<>> places = {};  ///< origin of each key
   Origin start = {};                                       ///< start of the file
 };
 
@@ -21,7 +21,7 @@ struct ReadScenario {
 /// key.
 Yaml place_of(const ReadScenario& read, std::string_view key);
 
-/// A key and the value it is set to.
+/// A key and its new value.
 struct Setting {
   std::string key;
   Yaml at, value;  ///< the nodes of the key and of its value
@@ -36,8 +36,8 @@ struct Changes {
   std::vector<Setting> settings{};
 };
 
-/// Reads a scenario strictly. Its keys replace those of the files in its key `base`, which are relative to
-/// the file's folder. Throws ConfigError at the first error.
+/// Reads a scenario strictly. Its keys replace the keys of the files in its key `base`, which are relative
+/// to the file's folder. Throws ConfigError at the first error.
 ReadScenario read_scenario(const std::filesystem::path& file, const Changes& changes = {});
 
 /// Does the same from text. file: its name in messages; its stem names the scenario.

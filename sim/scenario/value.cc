@@ -207,7 +207,7 @@ void read(const Yaml& node, std::string_view key, const Domain& domain, std::str
     value = domain.choices[read_choice(node, key, domain)];
     return;
   }
-  // A model names its parts as it likes; other names become names of files.
+  // A model's parts may have any names; other names become file names.
   const bool is_part = key.ends_with("link") || key.ends_with("body") || key == "base";
   if (is_part ? !is_word(node) || files::one_line(node.text) != node.text : !is_name(node))
     reject(node, key, expected(domain, value));

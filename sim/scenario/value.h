@@ -24,7 +24,7 @@ struct Domain {
   std::span<const std::string_view> choices{};
 };
 
-/// What is expected for a value of this type: "a number from 0 to 1", "true or false", ...
+/// The description of a valid value of this type: "a number from 0 to 1", "true or false", ...
 std::string expected(const Domain& domain, const double&);
 std::string expected(const Domain& domain, const int&);
 std::string expected(const Domain& domain, const std::uint64_t&);

@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kFirstMotion_m = 0.001;
 
-/// How the names of metrics begin that compare orientations or unaligned poses.
+/// Prefixes of the names of metrics that compare orientations or unaligned poses.
 constexpr std::array kOfPoses{"rmse_m", "rotation_",   "rpe_",  "smoothed_rmse_m", "smoothed_rotation_",
                               "end_",   "drift_",      "nees_", "poses_with",      "landmark_",
                               "plan_",  "true_height_"};
@@ -141,7 +141,7 @@ MetricDefinition ate_metric(const std::string& name, const std::string& alignmen
 }
 
 Value odometry_ate(C c) {
-  if (c.run.odometry.empty()) return Absent{"odometry without images did not run beside the estimator"};
+  if (c.run.odometry.empty()) return Absent{"odometry without images did not run along with the estimator"};
   return ate(pair_by_stamp(c.truth_camera, c.run.odometry), Alignment::se3);
 }
 
@@ -173,7 +173,7 @@ Value drift_percent(C c) {
   return 100 * end_distance(c) / walked;
 }
 
-// Root mean square of error(difference of the two motions) over 1 m of the true path.
+// Root mean square of error(X), where X is the difference between the two motions over 1 m of the true path.
 MetricDefinition rpe_metric(const std::string& unit, const std::string& kind, Needs needs,
                             double (*error)(const Eigen::Isometry3d&)) {
   return {"rpe_1m_" + unit,
@@ -255,8 +255,8 @@ MetricDefinition lag1_metric(std::size_t sensor) {
           largest_magnitude};
 }
 
-// The fraction of the answers since the first planned motion that have readings of a sensor or, of those, the
-// fraction with accepted readings.
+// The fraction of the answers since the first planned motion that have readings of a sensor, or the fraction
+// of these with accepted readings.
 Value fraction_in_use(C c, std::size_t sensor, bool of_accepted) {
   if (c.run.use.empty()) return Absent{"the estimator does not report which sensors it uses"};
   double all = 0, with_readings = 0, accepted = 0;
@@ -311,8 +311,8 @@ MetricDefinitions estimate_metrics() {
        "Excess length of the estimated path, by the scale of the alignment of ate_sim3_rmse_m.", Needs::scale,
        scale_error, largest_magnitude, kHeadline},
       {"odometry_ate_se3_rmse_m", "m",
-       "ate_se3_rmse_m of the same sensors without images (estimator: odometry), which runs beside any other "
-       "estimator: what images add.",
+       "ate_se3_rmse_m of the same sensors without images (estimator: odometry), which runs along with any "
+       "other estimator: shows the benefit of images.",
        Needs::walk, odometry_ate},
       smoothed_metric("ate_se3_rmse_m", "m",
                       [](const std::vector<PosePair>& pairs) { return ate(pairs, Alignment::se3); }),
@@ -324,10 +324,10 @@ MetricDefinitions estimate_metrics() {
                       }),
       {"poses_matched", "1",
        "Number of estimated poses whose stamp is within 0.1 ms of a true pose's, from the first planned "
-       "motion: the errors are taken over these.",
+       "motion: the errors are computed from these.",
        Needs::estimate, [](C c) { return static_cast<double>(c.pairs.size()); }, smallest},
       {"true_poses", "1",
-       "Number of true poses from the first planned motion. poses_matched of them have an estimate.",
+       "Number of true poses from the first planned motion, of which poses_matched have an estimate.",
        Needs::walk,
        [](C c) -> Value {
          if (c.truth_camera.empty()) return Absent{"the plan never moves"};
@@ -360,7 +360,7 @@ MetricDefinitions estimate_metrics() {
 MetricDefinitions consistency_metrics() {
   MetricDefinitions all{
       {"poses_with_covariance", "1",
-       "Number of matched poses with a covariance: the NEES is taken over these.", Needs::estimate,
+       "Number of matched poses with a covariance: the NEES is computed from these.", Needs::estimate,
        [](C c) {
          return value_of(c.nees, [](const std::vector<PoseNees>& nees) -> Value {
            return static_cast<double>(nees.size());

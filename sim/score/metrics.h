@@ -17,20 +17,20 @@ struct Metric {
   std::optional<double> value;
   std::string unit;
   std::string reason;                    ///< why the value is absent
-  std::optional<std::string> note = {};  ///< what a reader must know besides the value; see Note
+  std::optional<std::string> note = {};  ///< qualification of the value for the reader; see Note
 };
 using Metrics = std::map<std::string, Metric, std::less<>>;
 
 /// A number in the metric's unit, or the reason why it is absent.
 using Value = OrAbsent<double>;
 
-/// What a metric needs: only the walk, the estimate, or lengths in the estimate, which require a known scale.
-/// Without this input a metric is not computed and has no value.
+/// The data that a metric needs: only the walk, the estimate, or lengths in the estimate, which require a
+/// known scale. Without this input a metric is not computed and has no value.
 enum class Needs { walk, estimate, scale };
 
 inline constexpr bool kHeadline = true;
 
-/// What a note beside the value says. at_end: its time, if before the end of the walk · coverage: the
+/// The content of a note on the value. at_end: its time, if before the end of the walk · coverage: the
 /// fraction of the true poses, if not all · scale: coverage, and the scale of the alignment and why it is not
 /// credible, if so.
 enum class Note { none, at_end, coverage, scale };

@@ -84,7 +84,7 @@ Vector3d product(const Vector3d& a, const Vector3d& b) {
   const double c = std::cos(a.z()), s = std::sin(a.z());
   return {a.x() + c * b.x() - s * b.y(), a.y() + s * b.x() + c * b.y(), a.z() + b.z()};
 }
-// Returns where p ends up after the motion from `from` to `to`.
+// Returns the pose of p after the motion from `from` to `to`.
 Vector3d carried(const Vector3d& p, const Vector3d& from, const Vector3d& to) {
   const double c = std::cos(from.z()), s = std::sin(from.z());
   const Vector3d inverse(-c * from.x() - s * from.y(), s * from.x() - c * from.y(), -from.z());
@@ -167,7 +167,8 @@ class DriftDecomposition {
     }
   }
 
-  /// Between two landings, the foot that does not land next stands the whole time, so it carries the motion.
+  /// Between two landings, the foot that does not land next stands the whole time, so the robot's motion is
+  /// relative to it.
   void find_anchors(const std::vector<Stance>& landings) {
     for (std::size_t k = 0; k < landings.size(); ++k) {
       const bool last = k + 1 == landings.size(), begins = landings[k].begin == 0;

@@ -1,5 +1,5 @@
-// The input of the score: truth, plan and estimate of one run at the stamps of the frames. Also what several
-// metrics derive from them: the walk's drift at the feet, and the landmarks compared with the true room.
+// The input of the score: truth, plan and estimate of one run at the stamps of the frames. Also quantities
+// derived for several metrics: the walk's drift at the feet, and the landmarks compared with the true room.
 #pragma once
 
 #include <array>
@@ -15,14 +15,14 @@ namespace sim::score {
 /// Returns the ground part of a nearly upright pose: x, y (m) and yaw (rad).
 Eigen::Vector3d ground_pose(const Eigen::Isometry3d& X);
 
-/// Where a contribution comes from.
+/// The source of a contribution.
 enum class FootPhase {
   start,     ///< the robot does not start at the plan's start
-  put_down,  ///< the foot first touches the ground beside its planned place, as seen from the other foot
+  put_down,  ///< the foot first touches the ground away from its planned place, as seen from the other foot
   landing,   ///< the foot moves on the ground until it first carries 40 % of the weight
   support,   ///< until it last carries that much
   lift_off,  ///< until it leaves the ground
-  body,      ///< at the end the waist is beside its planned place over the foot
+  body,      ///< at the end, the waist is away from its planned place above the foot
 };
 inline constexpr std::array<std::string_view, 6> kFootPhases{"start",   "put_down", "landing",
                                                              "support", "lift_off", "body"};
@@ -38,8 +38,8 @@ struct FootRow {
   Eigen::Vector3d moved = Eigen::Vector3d::Zero(), creep = moved, drift = moved;
 };
 
-/// Returns the contributions of a whole walk in order of time. samples: at least one, in order of time.
-/// weight_n: the robot's. waist_truth, waist_plan: ground poses at the last sample.
+/// Returns the contributions of a whole walk in chronological order. samples: at least one, in chronological
+/// order. weight_n: the robot's. waist_truth, waist_plan: ground poses at the last sample.
 std::vector<FootRow> decompose_drift(const std::vector<TrueFeet>& samples, double weight_n,
                                      const Eigen::Vector3d& waist_truth, const Eigen::Vector3d& waist_plan);
 
@@ -53,7 +53,7 @@ struct StampedPixel {
 struct LandmarkHistory {
   int id = 0;
   StampedPixel first_seen;
-  std::vector<StampedPixel> accepted;  ///< matches that entered an update, in order of time
+  std::vector<StampedPixel> accepted;  ///< matches that entered an update, in chronological order
 };
 
 /// The true camera.
@@ -88,7 +88,7 @@ inline constexpr std::array kUsedSensors{std::string_view("vision"), std::string
                                          std::string_view("plan_velocity"), std::string_view("height"),
                                          std::string_view("accelerometer")};
 
-/// The sensors that have readings in the frame at that time, and those whose readings were used.
+/// The sensors with readings in the frame at that time, and the sensors whose readings were used.
 struct FrameUse {
   Stamp t{0};
   std::array<bool, kUsedSensors.size()> readings{}, accepted{};
@@ -110,7 +110,7 @@ struct TimedHealth {
   bool fault_flag = false;  ///< a sensor contradicts the others
 };
 
-/// How an estimator kept up with the frames, in simulated time.
+/// An estimator's timing relative to the frames, in simulated time.
 struct Timeliness {
   std::vector<double> latency_ms;  ///< for each answer: from its frame's stamp until it takes effect
   std::vector<double> took_ms;     ///< for each answer
@@ -127,20 +127,20 @@ struct DesiredPath {
 
 /// One run. W is the plan's world P at t = 0.
 struct Run {
-  Trajectory truth_camera, plan_camera;     ///< X_WC, X_PC
-  bool truth_has_poses = true;              ///< false: positions of the estimate's point, in another world
-  Trajectory truth_waist, plan_waist;       ///< X_WB, X_PB
-  std::optional<DesiredPath> desired;       ///< absent without a planned walk
+  Trajectory truth_camera, plan_camera;  ///< X_WC, X_PC
+  bool truth_has_poses = true;           ///< false: positions of the estimate's point, in a different world
+  Trajectory truth_waist, plan_waist;    ///< X_WB, X_PB
+  std::optional<DesiredPath> desired;    ///< absent without a planned walk
   std::vector<StepCorrection> corrections;  ///< empty unless the walk was steered
   bool steered = false;
-  std::vector<FootRow> feet;      ///< of decompose_drift(); empty without feet
+  std::vector<FootRow> feet;      ///< from decompose_drift(); empty without feet
   std::vector<TrueForce> forces;  ///< at equal intervals; empty if unknown
   /// Fraction of the ticks with the torque of a leg's joint at its limit; absent if the robot has no limits.
   std::optional<double> torque_limited;
   /// X_WC while the estimator tracked, with the covariance as in pose_nees(); absent if the estimator was not
   /// run.
   std::optional<std::vector<files::TumRow>> estimate;
-  Trajectory odometry;  ///< from the same sensors without images; empty if not run beside the estimator
+  Trajectory odometry;  ///< from the same sensors without images; empty if not run along with the estimator
   Trajectory smoothed;  ///< the poses estimated from all observations; empty without a smoother
   std::array<std::vector<StampedInnovation>, kSensors.size()> innovations;
   std::vector<FrameUse> use;             ///< for each answer; empty if the estimator does not report it
@@ -155,7 +155,8 @@ struct Run {
   std::optional<std::string> no_matches = {};  ///< why the estimator reports no landmarks, if so
   std::optional<std::string> diverged;         ///< why the filter gave up, if so
   std::optional<std::string> failed = {};      ///< why the estimator failed as a program, if so
-  bool fitted = false;   ///< fitted to the truth by least squares, so the NEES aligns the first poses
+  bool fitted = false;   ///< fitted to the truth by least squares, so the NEES is computed after aligning the
+                         ///< first poses
   double scaled_by = 1;  ///< scale factor of that fit
 };
 
@@ -165,21 +166,22 @@ struct ScoreContext {
 
   const Run& run;
   std::optional<Stamp> start;         ///< the first frame with a planned waist more than 1 mm from its start;
-                                      ///< without a planned waist the first frame with truth
+                                      ///< without a planned waist, the first frame with truth
   Trajectory truth_camera, estimate;  ///< from then on
-  std::vector<PosePair> pairs;        ///< of these two
+  std::vector<PosePair> pairs;        ///< pairs of these two
   OrAbsent<std::vector<PoseNees>> nees;      ///< for the pairs with a covariance
   std::optional<Absent> no_estimate;         ///< why the estimate cannot be scored, if so
-  OrAbsent<std::vector<LoopLandmark>> loop;  ///< of loop_landmarks()
+  OrAbsent<std::vector<LoopLandmark>> loop;  ///< from loop_landmarks()
 };
 
-inline constexpr std::size_t kLandmarksOfLoop = 3;  ///< this many landmarks found again close a loop
+/// A loop is closed when this many landmarks are found again.
+inline constexpr std::size_t kLandmarksOfLoop = 3;
 
-/// Returns the landmarks that were found again after the camera had been elsewhere, first one first, or why
-/// the walk has no loop. A landmark's surface point is the first point of the room on the ray through its
+/// Returns the landmarks that were found again after the camera had been elsewhere, the earliest first, or
+/// why the walk has no loop. A landmark's surface point is the first point of the room on the ray through its
 /// first pixel. The camera was elsewhere if this point was out of the true camera's field of view for at
-/// least 5 s in one stretch and, at some moment of the stretch, so was every other point that the last image
-/// before it shows. (As long as part of that image stays in view, the map in view connects the two places.)
+/// least 5 s without interruption and, at some moment of that time, so was every other point seen in the last
+/// image before it. (As long as part of that image stays in view, the map in view connects the two places.)
 /// The landmark was found again if, after that, a match within 3 px of the point's true projection was
 /// accepted. Occlusion does not matter.
 OrAbsent<std::vector<LoopLandmark>> loop_landmarks(const Run& run);

@@ -22,7 +22,7 @@ struct Ranks {
   double ties = 0;         // sum of t³ − t over groups of t equal values
 };
 
-// sizes: each with a flag that says whether its difference is positive.
+// sizes: each with a flag that is set if its difference is positive.
 Ranks rank(std::vector<std::pair<double, bool>> sizes) {
   std::ranges::sort(sizes);
   Ranks ranks;

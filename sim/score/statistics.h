@@ -63,6 +63,7 @@ struct Summary {
   double median = 0, mean = 0, worst = 0;
   std::optional<double> standard_deviation{};  ///< for two or more seeds
 };
+/// Returns the statistics of the values. The direction states which one is the worst.
 Summary summarize(const std::vector<double>& values, const Direction& direction);
 
 /// Returns the two-sided p-value of the signed rank test (Wilcoxon 1945) that paired, finite differences are
@@ -103,17 +104,18 @@ double chi_square_quantile(double p, double dof);
 struct Band {
   double low = 0, high = 0;
 };
+/// Returns the band that contains the mean with the given probability (chi-square).
 Band mean_band(int dof, int count, double confidence = 0.95);
 
 inline constexpr double kSettled_s = 5;  ///< earlier moments are not judged, because the start is given
 
-/// Consistency of many runs together. mean: over all moments. inside, below: the fractions of moments at
-/// which the mean over the runs is inside its 95 % confidence interval, or below it.
+/// Consistency of many runs together. mean: over all moments. inside, below: the fractions of moments
+/// when the mean over the runs is inside its 95 % confidence interval, or below it.
 struct BandFractions {
   double mean = 0, inside = 0, below = 0;
 };
 /// Returns the fractions, or nothing if no run has a value. moments: for each moment, the normalized squares
-/// (dof degrees of freedom) of those independent runs that have one.
+/// (dof degrees of freedom) of the independent runs that have one.
 std::optional<BandFractions> band_fractions(const std::vector<std::vector<double>>& moments, int dof);
 
 }  // namespace sim::score

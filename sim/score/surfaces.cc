@@ -68,7 +68,7 @@ Stretch inside_cylinder(const Ray& ray, const Eigen::Vector3d& size) {
   return both(inside_tube(ray, size.x()), slab(ray, 2, size.y()));
 }
 
-// The union of a cylinder and two balls is convex, so the stretch inside it spans the three stretches.
+// The union of a cylinder and two balls is convex, so the interval inside it spans the three intervals.
 double hit_capsule(const Ray& ray, const Eigen::Vector3d& size) {
   const Eigen::Vector3d end(0, 0, size.y());
   Stretch inside{kNever, -kNever};

@@ -82,7 +82,7 @@ double turn(const PosePair& from, const PosePair& to, const Spans& which) {
   return rotation_vector(R).norm() * (which.unit == Unit::degrees ? 180 / std::numbers::pi : 1);
 }
 
-// The place of each pose along the path: frames, meters, radians or degrees turned, or seconds.
+// Returns the position of each pose along the path: frames, meters, radians or degrees turned, or seconds.
 std::vector<double> places(const std::vector<PosePair>& pairs, const Spans& which) {
   const auto place = [&](std::size_t i, double before) {
     if (which.unit == Unit::frames) return static_cast<double>(i);
@@ -278,8 +278,9 @@ std::optional<std::string> doubt_of_scale(const Similarity& S, const std::vector
         "of {:.2g} m",
         S.scale, rms(error), rms(extent));
   if (!(S.scale > 1 / kFar && S.scale < kFar))
-    return fmt::format("the scale {:.4g} is far from 1, which happens only if the estimator knows no scale",
-                       S.scale);
+    return fmt::format(
+        "the scale {:.4g} is far from 1, which happens only if the estimator cannot observe the scale",
+        S.scale);
   return std::nullopt;
 }
 

@@ -13,7 +13,7 @@ using Stamp = std::chrono::nanoseconds;
 
 using files::TimedPose, files::Matrix6d;
 
-/// In order of time, without repeated stamps.
+/// In chronological order, without repeated stamps.
 using Trajectory = std::vector<TimedPose>;
 
 /// The true (or reference) and the estimated pose at one time, both in the same world.
@@ -35,7 +35,7 @@ inline std::vector<PosePair> pair_by_stamp(const Trajectory& truth, const Trajec
 }
 
 /// Returns each estimate with the truth interpolated at its stamp. Skips estimates outside the truth's time
-/// and those between two true poses that are more than most_gap apart.
+/// or between two true poses that are more than most_gap apart.
 std::vector<PosePair> pair_by_interpolation(const Trajectory& truth, const Trajectory& estimate,
                                             Stamp most_gap);
 
@@ -89,12 +89,12 @@ struct Similarity {
 };
 
 /// Returns the transformation from the pairs' estimates to their truth. It is absent if the positions do not
-/// determine it: there are none, they coincide (yaw_position: or are above one another) or, for se3 and sim3,
+/// determine it: there are none, they coincide (for yaw_position, horizontally) or, for se3 and sim3, they
 /// are on a line.
 OrAbsent<Similarity> align(const std::vector<PosePair>& pairs, Alignment alignment);
 
 /// Returns why the scale of a sim3 alignment of these pairs is not credible: the scaled estimate does not
-/// follow the truth, or the scale is far from 1. Nothing if it is credible.
+/// follow the truth, or the scale is far from 1. Returns nothing if it is credible.
 std::optional<std::string> doubt_of_scale(const Similarity& S, const std::vector<PosePair>& pairs);
 
 /// Returns the pairs with their estimates transformed.

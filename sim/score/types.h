@@ -41,7 +41,7 @@ struct TrueFoot {
 struct TrueFeet {
   std::chrono::nanoseconds t{0};
   TrueFoot left, right;
-  /// Whether a joint's torque has been at its limit since the previous instant; absent if the robot has no
+  /// Whether a joint's torque was at its limit since the previous instant; absent if the robot has no
   /// limits.
   std::optional<bool> torque_limited = {};
 };

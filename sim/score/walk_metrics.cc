@@ -111,7 +111,7 @@ Value vibration_in_band(C c, double from_hz, double below_hz) {
   return std::sqrt(squares / static_cast<double>(n * f.size()));
 }
 
-// 1 also if the plan ends before another frame.
+// It is also 1 if the plan ends before another frame.
 Value track_completion(C c) {
   if (!c.run.estimate) return Absent{"the estimator was not run"};
   if (c.run.estimate->empty()) return Absent{"the estimator gave no estimate"};
@@ -123,7 +123,7 @@ Value track_completion(C c) {
 }
 
 // Returns the fraction of the time between the first and the last observation during which a flag is set. An
-// interval has the state after the observation that ends it. Late observations are not counted.
+// interval has the flag set after the observation that ends it. Late observations are not counted.
 auto fraction_of_time(bool TimedHealth::*flag) {
   return [flag](C c) -> Value {
     if (!c.run.estimate) return Absent{"the estimator was not run"};
@@ -210,12 +210,13 @@ MetricDefinitions loop_metrics() {
   const std::string position_error = "Error of the camera's position, without alignment, ";
   return {{"loop_landmarks", "1",
            "Number of landmarks that were found again after the camera had been elsewhere: they were out of "
-           "the field of view for at least 5 s in one stretch, at some moment together with everything that "
-           "the last image before shows, and were later matched within 3 px of the true projection of their "
+           "the field of view for at least 5 s without interruption, at some moment together with "
+           "everything seen in the last image before that, and were later matched within 3 px of the true "
+           "projection of their "
            "surface point. Defined for walks that return to a landmark.",
            Needs::estimate, landmark_count, smallest, kHeadline},
-          {"loop_closed", "1", fmt::format("1 if loop_landmarks is at least {}, else 0.", kLandmarksOfLoop),
-           Needs::estimate,
+          {"loop_closed", "1",
+           fmt::format("1 if loop_landmarks is at least {}, otherwise 0.", kLandmarksOfLoop), Needs::estimate,
            [](C c) {
              return value_of(landmark_count(c), [](double count) -> Value {
                return count >= static_cast<double>(kLandmarksOfLoop) ? 1.0 : 0.0;
@@ -294,7 +295,7 @@ MetricDefinitions completion_metrics() {
            Needs::walk, [](C c) { return vibration_in_band(c, 0, 2); }},
           {"vibration_2_to_8hz_m_s2", "m/s2", vibration + "at frequencies from 2 Hz to below 8 Hz.",
            Needs::walk, [](C c) { return vibration_in_band(c, 2, 8); }},
-          {"vibration_from_8hz_m_s2", "m/s2", vibration + "at frequencies of 8 Hz and more.", Needs::walk,
+          {"vibration_from_8hz_m_s2", "m/s2", vibration + "at frequencies of 8 Hz and above.", Needs::walk,
            [](C c) { return vibration_in_band(c, 8, kInfinite); }},
           {"track_completion", "1",
            "Fraction of the plan's duration up to the last estimate. An estimator that diverged gives none "

@@ -10,7 +10,7 @@ namespace sim::sensor_errors {
 
 inline slam::Stamp stamp(double s) { return slam::Stamp(std::llround(s * 1e9)); }
 
-/// When a fault lasts: [from, from + duration) on the run's clock.
+/// The time of a fault: [from, from + duration) on the run's clock.
 struct Span {
   double from_s = 0, duration_s = 1;
 
@@ -55,7 +55,7 @@ struct FramesDimmed : Span {  ///< less light (or more), before the noise
     number<&FramesDimmed::factor>(key, 0, 100, "factor on the light; above 1 the picture is overexposed");
   }
 };
-/// A poster that moves with the head, in the middle of the picture.
+/// A poster in the middle of the picture that moves with the head.
 struct FramesCovered : FrameFault<FramesCovered> {
   static constexpr const char *kName = "frames_covered",
                               *kFraction = "fraction of the picture that a poster fixed to the head covers";
@@ -65,7 +65,7 @@ struct FramesDoubled : FrameFault<FramesDoubled> {  ///< an observation arrives 
   static constexpr const char *kName = "frames_doubled",
                               *kFraction = "fraction of the frames during the fault that arrive twice";
 };
-/// An observation arrives after the next one, unless it comes late or early already.
+/// An observation arrives after the next one, unless it is already late or early.
 struct FramesReordered : FrameFault<FramesReordered> {
   static constexpr const char *kName = "frames_reordered",
                               *kFraction =
@@ -109,13 +109,13 @@ struct AccelerometerSpike : Span {  ///< added to each axis of each reading that
 struct PlanMissing : Span {  ///< no plan arrives
   static constexpr const char* kName = "plan_missing";
 };
-struct PlanScaled : Span {  ///< the planned motion is `factor` times the motion that is walked
+struct PlanScaled : Span {  ///< the planned motion is `factor` times the actual motion
   static constexpr const char* kName = "plan_scaled";
   double factor = 1.2;
 
   static void keys(auto&& key) {
     Span::keys(key);
-    number<&PlanScaled::factor>(key, -100, 100, "planned distance and velocity relative to those walked");
+    number<&PlanScaled::factor>(key, -100, 100, "planned distance and velocity relative to the actual ones");
   }
 };
 
@@ -143,7 +143,7 @@ using Fault =
                  GyroSilent, GyroSpike, GyroScaled, AccelerometerSilent, AccelerometerSpike, PlanMissing,
                  PlanScaled, EstimateJump, EstimateFrozen, EstimateLost>;
 
-/// Returns whether a fault is one of the estimate that steers a walk.
+/// Returns whether a fault affects the estimate that steers a walk.
 inline bool is_of_steering(const Fault& fault) {
   return std::holds_alternative<EstimateJump>(fault) || std::holds_alternative<EstimateFrozen>(fault) ||
          std::holds_alternative<EstimateLost>(fault);

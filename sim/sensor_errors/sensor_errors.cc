@@ -78,7 +78,8 @@ InertialErrors inertial(const rig::RigSensor& sensor, const std::string& stream,
 
 // Marks the pixels on both sides of the edges between columns.
 void mark_edges(const cv::Mat1w& depth_mm, cv::Mat1b& marks) {
-  std::vector<float> inverse(static_cast<std::size_t>(depth_mm.cols) + 2);  // 0: none, as beyond both ends
+  // 0 if the column has no depth, and beyond both ends.
+  std::vector<float> inverse(static_cast<std::size_t>(depth_mm.cols) + 2);
   const auto difference = [](float a, float b) { return a > 0 && b > 0 ? std::abs(a - b) : 0; };
   for (int row = 0; row < depth_mm.rows; ++row) {
     for (int i = 0; i < depth_mm.cols; ++i) {
@@ -128,7 +129,7 @@ cv::Mat1f correlated_noise(const cv::Size& size, double window_px, Random random
 
 // According to the data sheet of the D400 series, the error over a plane is at most 2 %, but its change
 // between frames at most 1 %, of the depth: a quarter of the variance is new in each frame. The rest depends
-// on what the windows see.
+// on the content of the matching windows.
 cv::Mat1f disparity_noise(const cv::Size& size, const rig::RigSensor& sensor, const std::string& stream,
                           std::uint64_t seed, Stamp t) {
   constexpr Stamp kLasts(250'000'000);
@@ -164,7 +165,7 @@ std::vector<slam::LidarPoint> measured_points(const std::vector<slam::LidarPoint
   std::vector<slam::LidarPoint> points;
   for (slam::LidarPoint point : ideal) {
     const Eigen::Vector3d p(point.x_m, point.y_m, point.z_m), along = p.normalized();
-    const Eigen::Vector3d left = Eigen::Vector3d::UnitZ().cross(along);  // as long as the cosine of elevation
+    const Eigen::Vector3d left = Eigen::Vector3d::UnitZ().cross(along);  // length: cosine of elevation
     const Eigen::Vector3d up = along.cross(left).stableNormalized();
     const double range = p.norm() + sensor.range_sigma_m * random.normal();
     const double azimuth = sensor.angle_sigma_rad * random.normal();
@@ -273,7 +274,7 @@ Observation MotionClock::assembled() {
   return frame;
 }
 
-// Frames come in order of time, so earlier motions are not needed again.
+// Frames come in chronological order, so earlier motions are not needed again.
 void MotionClock::add_motion(Observation& frame) {
   while (motions_.size() > 1 && motions_[1].t <= frame.t) motions_.pop_front();
   if (motions_.empty() || motions_[0].t > frame.t) return;

@@ -28,7 +28,8 @@ struct ImageOptions {
     number<&ImageOptions::gain>(key, 0, 16, "gain of the camera, applied after the noise");
     number<&ImageOptions::loss_fraction>(key, 0, 1, "fraction of the frames that lose their image");
     number<&ImageOptions::latency_s>(
-        key, 0, 10, "minimum age of a frame's picture; a frame brings the newest picture of that age");
+        key, 0, 10,
+        "minimum age of a frame's picture; a frame has the newest picture that is at least that old");
   }
 };
 
@@ -85,7 +86,7 @@ class InertialErrors {
   InertialErrors(std::string sensor, const InertialErrorSizes& sizes, std::uint64_t seed,
                  std::vector<Spike> spikes, std::vector<Span> silences);
 
-  /// Readings must come in order of time, also from call to call.
+  /// Readings must come in chronological order, also from call to call.
   void apply(std::vector<slam::InertialSample>& readings);
 
  private:
@@ -136,7 +137,8 @@ struct ErrorOptions {
   }
 };
 
-/// Sets what a data sheet and a calibration of the chest IMU would state: noise, and the clock's offset.
+/// Sets the values that a data sheet and a calibration of the chest IMU would state: noise, and the clock's
+/// offset.
 void state_errors(const ErrorOptions& errors, rig::RigSensor& chest_imu);
 
 /// Faults of the planned motion, applied to one observation at a time.
@@ -184,8 +186,8 @@ class MotionClock {
 };
 
 /// Applies each rig sensor's errors to its readings, then shifts their stamps by the sensor's offset. Draws
-/// are keyed by seed, the sensor's name and the true stamp, so adding a sensor does not change the numbers of
-/// another.
+/// are keyed by seed, the sensor's name and the true stamp, so adding a sensor does not change another
+/// sensor's numbers.
 class RigErrors {
  public:
   RigErrors(const std::vector<rig::RigSensor>& rig, std::uint64_t seed);
@@ -211,12 +213,12 @@ class RigErrors {
 /// pixel.
 cv::Mat1b beside_edges(const cv::Mat1w& depth_mm, int reach);
 
-/// Applies the errors to one observation at a time, from the first of a run. Every draw is keyed by seed,
-/// stream name and stamp, so that a live run and a replay agree bit for bit and no error changes another's
-/// numbers.
+/// Applies the errors to one observation at a time, starting with the first one of a run. Every draw is keyed
+/// by seed, stream name and stamp, so that a live run and a replay agree bit for bit and no error changes the
+/// numbers of another.
 class SensorErrors {
  public:
-  /// rig: the further sensors of the observations.
+  /// rig: the additional sensors of the observations.
   SensorErrors(const ErrorOptions& options, std::uint64_t seed, const std::vector<rig::RigSensor>& rig = {});
 
   /// Returns what reaches the filter after this ideal observation, in order. Does not write to its pixels.
@@ -226,8 +228,8 @@ class SensorErrors {
   std::vector<slam::Observation> flush();
 
  private:
-  /// Appends what arrives after this observation. By seed and stamp, some arrive twice and some after the
-  /// next one.
+  /// Appends the observations that arrive after this one. By seed and stamp, some arrive twice and some after
+  /// the next one.
   void arrive(slam::Observation observation, std::vector<slam::Observation>& arrived);
   template <class Kind>
   bool strikes(const char* stream, slam::Stamp t) const;

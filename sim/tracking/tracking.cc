@@ -175,7 +175,8 @@ void Tracking::add_missed(slam::Observation& observation) {
         [](const slam::InertialSample& r) { return r.end; });
   const auto before = [](const slam::BodyReading& r) { return r.t + slam::Stamp(1); };
   merge(missed_.body, observation.body, before, before);
-  // The readings of further IMUs, after the images and sweeps. Their true ends are compared with the frames'.
+  // Adds the readings of the additional IMUs, after images and sweeps. Their true ends are compared with the
+  // frames' stamps.
   auto& rig = observation.rig;
   const auto first =
       std::stable_partition(rig.begin(), rig.end(), [this](const auto& r) { return !is_imu(r); });

@@ -27,13 +27,13 @@ struct TimedMap {
   std::vector<slam::MapPoint> points;
 };
 
-/// What an estimator produced in a run.
+/// The output of an estimator in a run.
 struct Tracked {
-  std::vector<TrackedFrame> frames;        ///< up to and including a divergence
-  std::vector<slam::MapPoint> map;         ///< at the end
-  std::vector<TimedMap> maps;              ///< one per second
-  std::vector<slam::Stamp> untracked;      ///< observations after it diverged or failed
-  std::vector<slam::Stamp> dropped;        ///< observations that found the estimator busy
+  std::vector<TrackedFrame> frames;    ///< up to and including a divergence
+  std::vector<slam::MapPoint> map;     ///< at the end
+  std::vector<TimedMap> maps;          ///< one per second
+  std::vector<slam::Stamp> untracked;  ///< observations after it diverged or failed
+  std::vector<slam::Stamp> dropped;    ///< number of observations that arrived while the estimator was busy
   std::optional<std::string> failed = {};  ///< why it failed as a program
   std::string log = {};                    ///< standard error of an external estimator
   /// The poses from the same sensors without images (estimator: odometry). Empty if the estimator is itself
@@ -63,9 +63,9 @@ class Tracking {
   /// Runs an estimator other than the scenario's.
   Tracking(const scenario::Scenario& scenario, std::unique_ptr<estimators::Estimator> estimator,
            const std::vector<rig::RigSensor>& rig = {});
-  /// Applies the scenario's sensor errors to an ideal observation and processes what has arrived by then.
-  /// Leaves out rig readings that the estimator does not use. An estimator that has diverged or failed gets
-  /// no more observations.
+  /// Applies the scenario's sensor errors to an ideal observation and processes the observations that have
+  /// arrived by then. Leaves out rig readings that the estimator does not use. An estimator that has diverged
+  /// or failed gets no more observations.
   void process(slam::Observation ideal);
   /// Processes an observation that already includes its sensor errors. A busy estimator gets it later. If it
   /// is dropped, the estimator gets only the readings of its IMUs, encoders and force sensors, with the next

@@ -92,10 +92,10 @@ Change unit(const Compared& c, Alignment alignment, double factor) {
                              : factor == 1000 ? columns("--truth-columns", c.truth, in_mm)
                                               : "--align sim3";
   return scaled(c, alignment, Eigen::Vector3d::Constant(factor),
-                fmt::format("its positions are {:.4g} times those of the truth; {}", 1 / factor, option));
+                fmt::format("its positions are {:.4g} times the true ones; {}", 1 / factor, option));
 }
 
-/// Takes off the turn that R_true^T R_estimate of all pairs have in common, and returns it.
+/// Removes the rotation common to R_true^T R_estimate of all pairs, and returns it.
 Eigen::Vector3d take_off_turn(std::vector<PosePair>& pairs) {
   Eigen::Matrix3d turn = pairs[0].X_true.linear().transpose() * pairs[0].X_estimate.linear();
   for (int i = 0; i < 5; ++i) {
@@ -109,7 +109,8 @@ Eigen::Vector3d take_off_turn(std::vector<PosePair>& pairs) {
   return score::rotation_vector(turn) / kDegree;
 }
 
-/// Positions on a line do not determine the alignment's turn about it, so the least error of several counts.
+/// Positions on a line do not determine the alignment's turn about it, so the smallest error of several turns
+/// counts.
 Change body_turn(const Compared& c) {
   Change change{"", kNone, kNone, "deg"};
   for (const Alignment alignment : {Alignment::none, Alignment::yaw_position, Alignment::se3}) {

@@ -76,8 +76,8 @@ double add_coverage(ordered_json& report, const Trajectory& truth, const std::ve
   return score::path_length(walked);
 }
 
-// Returns "; with --t-offset ..." if the offset of a known clock pairs more poses. Results start at 0, their
-// exports at 1e9 s; other trajectories may both start at their first pose.
+// Returns "; with --t-offset ..." if a clock offset that is common in practice pairs more poses. Results
+// start at 0, their exports at 1e9 s; other trajectories may both start at their first pose.
 std::string offset_hint(const Trajectory& truth, const Trajectory& estimate, Stamp apart,
                         std::size_t most_pairs) {
   constexpr Stamp kEpoch = std::chrono::seconds(1'000'000'000);
@@ -115,13 +115,12 @@ void require_pairs(const NamedFile& truth, const NamedFile& estimate, const std:
   throw std::invalid_argument(why);
 }
 
-// Throws FileError if the stamps of only one file are frame numbers, or if about as many poses last much
-// longer than those of the other file.
+// Throws FileError if the stamps of only one file are frame numbers, or if one file has about as many
+// poses as the other but lasts much longer.
 void require_times(const NamedFile& file, const NamedFile& other) {
   constexpr double kMuch = 9;
   if (file.read.counts_frames && !other.read.counts_frames)
-    file.fail("its stamps are frame numbers, those of {} are times; times.txt beside it has the times",
-              other.path);
+    file.fail("its stamps are frame numbers, but {} has times; write times.txt next to it", other.path);
   if (2 * other.poses() > file.poses() && 2 * file.poses() > other.poses() && other.duration_s() > 0 &&
       file.duration_s() > kMuch * other.duration_s())
     file.fail(
@@ -150,8 +149,8 @@ std::vector<PosePair> paired(const NamedFile& a, const NamedFile& b, const Pairi
   require_times(b, a);
   if (a.read.counts_frames && b.read.counts_frames && a.poses() != b.poses())
     b.fail(
-        "has {} poses and {} has {}, all without times, so they cannot be paired by row; times.txt beside "
-        "a KITTI file has the times",
+        "has {} poses and {} has {}, all without times, so they cannot be paired by row; write times.txt "
+        "next to a KITTI file",
         b.poses(), a.path, a.poses());
   for (const double t : {a.begin_s(), a.end_s(), b.begin_s(), b.end_s()})  // their sum must not overflow
     if (options.offset_s != 0 && !(std::abs(options.offset_s) + std::abs(t) < 4e9))
@@ -255,7 +254,7 @@ ordered_json motion_row(const std::vector<PosePair>& pairs, const Spans& which, 
   return row(name, unit(relation), errors, "the path has no such spans");
 }
 
-// Returns why the errors may mislead: the one change that explains them, else a scale that is meaningless.
+// Returns why the errors may mislead: the one change that explains them, or else a meaningless scale.
 std::optional<std::string> warning(const NamedFile& truth, const NamedFile& estimate,
                                    const std::vector<PosePair>& pairs, const Options& options) {
   const Alignment alignment = options.alignment.value_or(Alignment::none);

@@ -18,10 +18,10 @@ struct PairingOptions {
   std::optional<double> most_gap_s = {};
 };
 
-/// Which part of the difference E of two poses (or of two motions) is the error. trans_part: |translation|, m
-/// · angle_deg, angle_rad: angle of its rotation · rot_part: |R − I|, full: |E − I|, both Frobenius norms ·
-/// point_distance: for poses as trans_part; for motions the difference of the distances between their ends,
-/// m. E is X_true⁻¹ X_estimate for poses and score::relative_difference for motions.
+/// The part of the difference E of two poses (or of two motions) that counts as the error. trans_part:
+/// |translation|, m · angle_deg, angle_rad: angle of its rotation · rot_part: |R − I|, full: |E − I|, both
+/// Frobenius norms · point_distance: for poses as trans_part; for motions the difference of the distances
+/// between their ends, m. E is X_true⁻¹ X_estimate for poses and score::relative_difference for motions.
 enum class Relation { trans_part, angle_deg, angle_rad, rot_part, full, point_distance };
 
 /// relative: score the motion over these spans instead of poses.
@@ -31,8 +31,8 @@ struct Options {
   Relation relation = Relation::trans_part;
   std::optional<score::Spans> relative;
   PairingOptions pairing;
-  std::string truth_columns, columns;  ///< of the two files, see files::read_trajectory()
-  /// The estimate's body in the truth's: a rotation vector that is taken off, rad.
+  std::string truth_columns, columns;  ///< column names of the two files, see files::read_trajectory()
+  /// The estimate's body in the truth's: a rotation vector to be removed, rad.
   Eigen::Vector3d body_turn = Eigen::Vector3d::Zero();
 };
 

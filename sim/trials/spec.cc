@@ -32,7 +32,7 @@ std::vector<Range> read_parameters(const Yaml& node) {
 
 /// An entry of training or hold-out: recordings replayed with the same changes to their scenario.
 struct Entry {
-  const Yaml* recordings = nullptr;  ///< a result folder, or a folder of seed-<n>; null: the cache's
+  const Yaml* recordings = nullptr;  ///< a result folder, or a folder of seed-<n>; null: in the cache
   std::string scenario;              ///< the file to replay with; empty: the result's own
   std::vector<std::uint64_t> seeds;
   scenario::Changes changes;
@@ -67,7 +67,7 @@ Entry read_entry(const Yaml& node, const std::string& key, const fs::path& folde
 SpecRun run_of_result(const Yaml& node, const Entry& entry, const fs::path& folder) {
   if (!fs::exists(folder / "recording" / "manifest.csv"))
     fail(*entry.recordings, "recordings", "{} has no finished recording{}", folder.string(),
-         entry.seeds.empty() ? "; choose seeds of a folder of seeds, as in seeds: 1..5" : "");
+         entry.seeds.empty() ? "; if the folder has several seeds, state which, as in seeds: 1..5" : "");
   const fs::path own = folder / "scenario.yaml", whole = fs::absolute(folder / "x").lexically_normal();
   const scenario::Scenario recorded = scenario::read_scenario(own).scenario;
   SpecRun run{(whole.parent_path().parent_path().filename() / whole.parent_path().filename()).string(),
@@ -107,7 +107,7 @@ void require_unseen(const Yaml& node, const std::vector<SpecRun>& holdout,
             !scenario::first_difference(seen.read.scenario, unseen.read.scenario) &&
             !scenario::first_difference(unseen.read.scenario, seen.read.scenario))
           fail(node, "holdout",
-               "seed {} of {} is also in the training, expected walks that the search does not see", seed,
+               "seed {} of {} is also in the training, expected walks that the search does not use", seed,
                unseen.read.scenario.name);
 }
 
@@ -165,7 +165,7 @@ Spec read_spec(const fs::path& file) {
   spec.training = read_side(*training, "training", file.parent_path());
   if (!holdout)
     fail(root, "holdout",
-         "missing, expected recordings that the search does not see, to show whether tuning helps");
+         "missing, expected recordings that the search does not use, to show whether tuning helps");
   spec.holdout = read_side(*holdout, "holdout", file.parent_path(), spec.training);
   if (spec.trials <= spec.population)
     fail(root, "trials", "{} are too few for a population of {}", spec.trials, spec.population);

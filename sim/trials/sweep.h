@@ -25,7 +25,7 @@ struct SweepSpec {
   std::vector<Axis> axes;
 };
 
-/// The most trials of a sweep.
+/// The maximum number of trials of a sweep.
 inline constexpr std::size_t kMostTrials = 100'000;
 
 /// Reads a sweep file (scenario or scenarios, seeds, parameters, samples) or a scenario file, and arguments

@@ -7,7 +7,7 @@
 namespace sim::trials {
 namespace {
 
-// Returns the fraction of the recording up to where the filter diverged or the estimator failed.
+// Returns the fraction of the recording until the filter diverged or the estimator failed.
 double lasted_fraction(const Recording& recording, const tracking::Tracked& tracked) {
   const double end_s = slam::seconds(recording.observations.back().t);
   if (tracked.failed)

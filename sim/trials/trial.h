@@ -33,12 +33,12 @@ std::optional<double> pose_nll(const Eigen::Isometry3d& X_WC_true, const Eigen::
 /// which does not need the truth. It is the sum over the sensors of their means per degree of freedom, so
 /// that settings with different numbers of measurements can be compared. Returns nothing without innovations
 /// or if an innovation covariance is not positive definite. Readings beyond their gates count too. A landmark
-/// that was searched for without an accepted match counts as if its pixel were uniform over an image of
-/// area_px2.
+/// that was searched for without an accepted match counts as if its pixel were uniformly distributed
+/// over an image of area_px2.
 std::optional<double> innovation_nll(const tracking::Tracked& tracked, double area_px2);
 
 /// Applies the sensor errors of `scenario` and runs its filter if it has a slam section. Returns the record,
-/// which refers to the scenario.
+/// which keeps a reference to the scenario.
 result::RunRecord replay(const Recording& recording, const scenario::ReadScenario& scenario);
 
 /// Returns the score of replay(): ending, cause and metrics, the same as in a result folder bit for bit;

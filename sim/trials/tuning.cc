@@ -14,7 +14,7 @@ using nlohmann::ordered_json;
 using Point = std::vector<double>;  ///< a setting, in the unit cube (see Range)
 using Records = std::vector<const JobRecord*>;
 
-constexpr double kFailure = 1e6;     // above the loss of any success
+constexpr double kFailure = 1e6;     // larger than the loss of any success
 constexpr double kFirstStep = 0.25;  // first step of the search, as a fraction of the range
 
 /// Metrics in tune.json, at the start and at the best setting.
@@ -31,7 +31,7 @@ class Runs {
   }
 
   /// Returns the records of each setting on each recording, from the log if it has them. The tasks of a
-  /// recording come one after another, so that it is decoded only once for them.
+  /// recording are consecutive, so that it is decoded only once for them.
   std::vector<Records> evaluate(const std::vector<Point>& points) const {
     std::vector<Task> tasks, missing;
     for (std::size_t i = 0; i < runs_.size(); ++i)
@@ -109,7 +109,7 @@ struct Judgment {
   std::string text;
 };
 
-/// Judges by the 95 % confidence interval of the mean change, and by failures that the start does not have.
+/// Judges by the 95 % confidence interval of the mean change, and by failures that do not occur at the start.
 Judgment judge(const StartAndBest& holdout, Objective objective) {
   Judgment judgment;
   for (std::size_t i = 0; i < holdout.best.size(); ++i) {
@@ -145,7 +145,7 @@ struct Found {
   Point start, best;
   StartAndBest training;
   std::string history;        ///< as CSV
-  int tried = 0, failed = 0;  ///< number of settings; of their trials without a loss
+  int tried = 0, failed = 0;  ///< number of settings, and of their trials without a loss
 };
 
 /// Tries the spec's start, then generations of CMA-ES; the last generation is cut off at spec.trials

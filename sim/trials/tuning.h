@@ -45,8 +45,8 @@ double mean_loss(const std::vector<const JobRecord*>& records, Objective objecti
 using ShowProgress = std::function<void(double part, const std::string& at)>;
 
 struct TuningResult {
-  /// The 95 % interval of the mean change of the hold-out loss, paired by recording, is below 0, and no
-  /// recording fails that was completed with the start.
+  /// The 95 % interval of the mean change of the hold-out loss, paired by recording, is below 0, and
+  /// every recording completed with the start is also completed with the best setting.
   bool accepted = false;
   std::string text;      ///< a summary for the terminal
   std::string judgment;  ///< its last line: the verdict with interval and number of pairs

@@ -193,7 +193,7 @@ void CmaEs::tell(const std::vector<double>& values) {
   ++generation_;
 }
 
-// Updates paths, step size, and the terms of eq. (47) other than this generation's.
+// Updates paths, step size, and the terms of eq. (47) except the rank-mu update.
 void CmaEs::adapt(const Eigen::VectorXd& step) {
   const Eigen::VectorXd white = B_ * (B_.transpose() * step).cwiseQuotient(D_);  // C^(−1/2) y
   p_sigma_ = (1 - rates_.c_sigma) * p_sigma_ +

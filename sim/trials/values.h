@@ -14,12 +14,12 @@ namespace sim::trials {
 
 /// A range of a key, scaled to [0, 1] logarithmically or linearly.
 struct Range {
-  std::string key;                ///< of the scenario
-  std::vector<std::string> also;  ///< further keys that get the same value
+  std::string key;                ///< key of the scenario
+  std::vector<std::string> also;  ///< more keys that get the same value
   double low = 0, high = 1;
   double start = 0;  ///< start of a search; NaN if not given
   bool logarithmic = true;
-  int points = 0;  ///< of a grid; 0: the range is sampled or searched
+  int points = 0;  ///< number of points of a grid; 0: the range is sampled or searched
 
   double value_at(double coordinate) const;  ///< coordinate in [0, 1]
   double coordinate_of(double value) const;  ///< clamped to [0, 1]

@@ -17,7 +17,8 @@ using Json = nlohmann::json;
 
 // Minimum wall-clock time between two frames, maps, or updates of the time series.
 constexpr std::chrono::milliseconds kLeastInterval{25}, kLeastMapInterval{100}, kLeastSeriesInterval{1000};
-constexpr std::chrono::milliseconds kPastInterval{100};  // simulated, between past frames for a new page
+// Simulated time between past frames sent to a new page.
+constexpr std::chrono::milliseconds kPastInterval{100};
 constexpr std::chrono::milliseconds kForMessages{3000}, kForPages{15000};  // at the end
 constexpr std::size_t kMostShown = 32;  // newest frames whose rig readings pages can fetch
 

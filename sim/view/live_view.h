@@ -19,7 +19,7 @@ struct ClientMessage {
   double factor = 0;  ///< for "speed": times real time; 0: full speed
 };
 
-/// Returns the message in a text. Throws std::invalid_argument if the text is not a message.
+/// Parses a message. Throws std::invalid_argument if the text is not a message.
 ClientMessage read_client_message(std::string_view text);
 
 /// The speed of a run. Commands come from one thread; the run waits in another.
@@ -101,7 +101,7 @@ class LiveView {
   void begin(const recording::RecordingSetup& setup);
   /// Returns whether a viewer has room for a frame.
   bool has_viewers() const { return server_.has_room(); }
-  /// Returns whether a frame of this observation is to be sent. Must be called for each observation.
+  /// Returns whether a frame of this observation should be sent. Must be called for each observation.
   bool wants(const slam::Observation& observation);
   /// Returns whether that frame needs the map: ten times per second, because it costs more than the rest.
   bool wants_map();
@@ -132,21 +132,21 @@ class LiveView {
   std::atomic<bool> begun_ = false;
   struct {
     Readings newest;
-    std::size_t numbers = 0;                             // count of frames with readings
+    std::size_t numbers = 0;                             // number of frames with readings
     std::deque<std::pair<std::size_t, Readings>> shown;  // by number; used by the server's thread
   } rig_;
   struct {
     std::chrono::steady_clock::time_point frame{}, map{}, series{};
   } last_shown_;
   std::size_t frames_ = 0;
-  bool due_ = true;  // a frame of this observation is to be sent
+  bool due_ = true;  // a frame of this observation will be sent
   Series series_;
   std::mutex past_mutex_;
   std::vector<std::string> past_;  // frames without images, for pages opened later
   slam::Stamp kept_until_{0};
-  slam::Stamp period_ = std::chrono::milliseconds(34);  // of a frame
+  slam::Stamp period_ = std::chrono::milliseconds(34);  // of one frame
   Message last_;                                        // used by the server's thread
-  Server server_;                                       // last member: its thread uses those above
+  Server server_;                                       // last member: its thread uses the members above
 };
 
 }  // namespace sim::view

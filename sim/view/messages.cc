@@ -47,7 +47,7 @@ std::string state_in_words(const slam::FrameReport& report) {
   return files::sanitize(words);
 }
 
-/// [landmark, u, v, half axes, angle of the longer one, outcome, place of the match]
+/// [landmark, u, v, half axes, angle of the longer one, outcome, pixel of the match]
 ordered_json to_json(const slam::Search& search) {
   const Eigen::Vector3d shape = pages::ellipse(search.S);
   ordered_json all = list(std::array{search.pixel.x(), search.pixel.y(), shape(0), shape(1), shape(2)});

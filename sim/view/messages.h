@@ -1,4 +1,4 @@
-// Frames and readings in the form in which the page receives them.
+// Converts frames and readings to the form that the page receives.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>

@@ -32,13 +32,13 @@ using net::ip::tcp;
 using Request = http::request<http::empty_body>;
 using Response = http::response<http::string_body>;
 using Error = beast::error_code;
-using Slot = std::shared_ptr<void>;  ///< counts a connection while it lives
+using Slot = std::shared_ptr<void>;  ///< counts a connection while it exists
 
 constexpr std::size_t kLeastTokenLength = 22;  // 128 bits, also in base64
 
 std::string_view plain(beast::string_view text) { return {text.data(), text.size()}; }
 
-/// An address in the browser: scheme://shown/path. `shown` lacks the scheme's default port, as browsers do.
+/// An address in the browser: scheme://shown/path. `shown` omits the scheme's default port, as browsers do.
 struct Place {
   std::string scheme, shown, full, path;
   std::string origin() const { return scheme + "://" + shown; }
@@ -302,7 +302,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   beast::tcp_stream stream_;
   beast::flat_buffer buffer_;
   bool takes_gzip_ = false;
-  std::string known_;  // hash of what the browser already has
+  std::string known_;  // hash of the version that the browser already has
   std::optional<http::request_parser<http::empty_body>> parser_;
 };
 
@@ -318,7 +318,7 @@ std::string new_token() {
 Access checked(Access access) {
   boost::system::error_code error;
   const auto address = boost::asio::ip::make_address(access.address, error);
-  const char* const complaint = error                      ? "is no IP address, expected one of this machine"
+  const char* const complaint = error ? "is not an IP address, expected one of this machine"
                                 : address.is_unspecified() ? "means all interfaces, expected a single one"
                                 : !address.is_loopback() && access.token.empty()
                                     ? "can be reached by others, expected a --token of your own"

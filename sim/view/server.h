@@ -29,7 +29,7 @@ struct Access {
 /// Returns the access with a token, which is generated if missing. Throws std::invalid_argument if the
 /// address is invalid, means all interfaces, or can be reached by others although no token is given. Also
 /// throws if a token is shorter than 22 characters or has characters other than letters, digits, - and _, or
-/// if one of `forwarded` has another form.
+/// if one of `forwarded` has a different form.
 Access checked(Access access);
 
 /// Returns 128 bits from the system's random source as 32 hex digits. Throws std::runtime_error if it fails.
@@ -42,7 +42,7 @@ bool equal_in_constant_time(std::string_view a, std::string_view b);
 std::string authority(const Access& access);
 /// Returns the URL for the browser, with the first forwarded address if there is one.
 std::string url(const Access& access);
-/// Returns the path of a request to the server, without that of a forwarded address.
+/// Returns the path of a request to the server, without the path of a forwarded address.
 std::string_view served_path(std::string_view target, const Access& access);
 
 /// The checked part of a request.
@@ -111,8 +111,8 @@ struct Resource {
 /// Limits on the cost of clients.
 struct Limits {
   std::size_t clients = 32;                   ///< simultaneous connections
-  std::uint32_t header_bytes = 8192;          ///< of a request
-  std::size_t message_bytes = 8192;           ///< of a client's WebSocket message
+  std::uint32_t header_bytes = 8192;          ///< maximum size of a request's header
+  std::size_t message_bytes = 8192;           ///< maximum size of a client's WebSocket message
   std::chrono::milliseconds request{10000};   ///< until a request is complete
   std::chrono::milliseconds response{30000};  ///< until a response is received
   std::size_t queued_frames = 4;
@@ -141,10 +141,10 @@ struct Service {
   std::function<void(std::size_t viewers)> closed = [](std::size_t) {};
 };
 
-/// Listens while it exists. Rejects requests and upgrades according to rejection().
+/// The server, which listens while the object exists. Rejects requests and upgrades according to rejection().
 class Server {
  public:
-  /// Throws std::invalid_argument as checked() does, std::runtime_error if it cannot listen.
+  /// Throws std::invalid_argument as checked() does, and std::runtime_error if it cannot listen.
   Server(const Access& access, Service service, const Limits& limits = {});
   ~Server();
   Server(const Server&) = delete;

@@ -26,7 +26,7 @@ struct ViewRequest : Access {
   std::function<void(const std::string& url)> opened = [](const std::string&) {};
 };
 
-/// A view that is open while this exists.
+/// A view that is open while this object exists.
 class ViewSession {
  public:
   virtual ~ViewSession() = default;
@@ -36,7 +36,7 @@ class ViewSession {
   virtual void end(const std::string& how) = 0;
 };
 
-/// Returns the view of a run, or null if none is requested. Throws what LiveView throws.
+/// Returns the view of a run, or null if none is requested. Throws whatever LiveView throws.
 std::unique_ptr<ViewSession> view_of_run(const ViewRequest& request, const scenario::ReadScenario& read,
                                          const fs::path& models);
 
@@ -46,15 +46,15 @@ std::shared_ptr<const exports::RobotDescription> robot_description(const scenari
 
 /// Draws the robot in its room at a given time, with its true waist pose and its measured joint angles.
 using RobotView = std::function<cv::Mat(slam::Stamp t, const Eigen::Isometry3d& X_WB)>;
-/// Returns a function to be called from this thread in order of time; empty without the simulator. Throws
-/// FileError.
+/// Returns a function to be called from this thread in chronological order; empty without the simulator.
+/// Throws FileError.
 RobotView robot_from_outside(const scenario::Scenario& scenario, const fs::path& recording,
                              const fs::path& models);
 
 inline constexpr int kPanelWidth = 640, kPanelHeight = 480;  // px
 
 /// Returns the image, enlarged to fit the panel, with each search's 3-sigma ellipse: green, with its 11 x 11
-/// patch, if the match was used, else yellow; blue patches for new landmarks.
+/// patch, if the match was used, otherwise yellow; blue patches for new landmarks.
 cv::Mat3b draw_view(const slam::Observation& seen, const slam::FrameReport& report);
 
 }  // namespace sim::view

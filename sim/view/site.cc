@@ -33,7 +33,8 @@ Resource resource(std::string type, std::string_view bytes) {
 }
 
 constexpr const char* kJson = "application/json";
-constexpr int kPaintingNice = 5;  // a page's first picture, which is drawn without textures, comes first
+// Niceness of painting, because a page's first picture, drawn without textures, has priority.
+constexpr int kPaintingNice = 5;
 constexpr std::string_view kIcon =
     "<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 16 16'><circle cx='8' cy='8' r='6' "
     "fill='#0069b0'/></svg>";
@@ -72,7 +73,7 @@ ordered_json json_of(const ShownRun& run) {
           {"palette", run.rig.empty() ? ordered_json(nullptr) : ordered_json(colors)}};
 }
 
-// Adds feet, zero-moment point and, if there is a robot, its bodies. frames: in order of time.
+// Adds feet, zero-moment point and, if there is a robot, its bodies. frames: in chronological order.
 void add_recorded(std::vector<Frame>& frames, const recording::Truth& truth, const fs::path& recording,
                   const RobotModel* robot) {
   exports::RecordedRows forces(recording, "forces0"), encoders(recording, "encoders0");
@@ -107,11 +108,12 @@ bool has_recording(const fs::path& result, const std::string& hash) try {
   return fs::exists(result / "recording/manifest.csv") &&
          recording::Manifest(result / "recording").hash() == hash;
 } catch (const std::exception&) {
-  return false;  // broken, so it is not the one
+  return false;  // broken, so it is not the recording
 }
 
-/// Returns the recording of a result: its own, or the one with its hash in the enclosing result, in the given
-/// results, in the cache, or in results up to two folders above it. Empty if it was not found.
+/// Returns the recording of a result: its own, or the one with this hash in the enclosing folder, in the
+/// given results, in the cache, or up to two levels below one of the two folders above it. Empty if not
+/// found.
 fs::path recording_of(const fs::path& result, const std::string& hash, const std::vector<fs::path>& given) {
   if (fs::exists(result / "recording/manifest.csv")) return result / "recording";
   if (hash.empty()) return {};
@@ -194,8 +196,8 @@ void add_frames(Site& site, std::size_t run, const std::shared_ptr<Playback>& pl
                 });
 }
 
-/// Returns the table of changes; t: when the worse of the first two runs is worst in a metric. Other seeds
-/// are paired if both runs have the same seed.
+/// Returns the table of changes; t: the time at which the worse of the first two runs is worst in a metric.
+/// Other seeds are paired if both runs have the same seed.
 ordered_json changes_of(const std::vector<const pages::RunData*>& runs) {
   const pages::RunData &a = *runs[0], &b = *runs[1];
   std::vector<result::SeedScore> of_a{a}, of_b{b};
@@ -308,7 +310,7 @@ Site::Site(const std::vector<ShownRun>& runs, ordered_json about) : page_(gaitsl
               painted = std::shared_future<Pictures>()](std::size_t k) mutable -> std::optional<Resource> {
                if (!painted.valid())
                  painted = std::async(std::launch::async, [paint] {
-                             setpriority(PRIO_PROCESS, 0, kPaintingNice);  // of this thread
+                             setpriority(PRIO_PROCESS, 0, kPaintingNice);  // only of this thread
                              return paint();
                            }).share();
                if (painted.wait_for(std::chrono::seconds(0)) != std::future_status::ready)

@@ -1,4 +1,4 @@
-// A run as the page shows it: what is known about it, time series, the frames of finished results and of
+// A run as shown by the page: its description, time series, the frames of finished results and of
 // recordings, and the fixed list of files that the server offers.
 #pragma once
 
@@ -23,8 +23,8 @@ namespace fs = std::filesystem;
 /// Robot and room. pieces: triangles of one body and picture: with_length() of {body, picture, alpha,
 /// vertices, indices} of each (body: index of the pose in Frame::bodies, -1: the room; picture: index in the
 /// pictures, -1: plain color; alpha: below 1 for glass); then for each piece, in the axes of its body,
-/// positions (m), normals and RGB (0 to 1) of its vertices, with a picture their places in it from the upper
-/// left (all float32), and the indices of its triangles (uint32).
+/// positions (m), normals and RGB (0 to 1) of its vertices, with a picture, their places in it from the
+/// upper left (all float32), and the indices of its triangles (uint32).
 struct Model {
   std::string pieces;
   /// Paints the pictures; returns each as PNG. Called once, from any thread.
@@ -51,16 +51,18 @@ struct ShownRun {
   std::vector<rig::RigSensor> rig = {};
 };
 
-/// Adds a robot and its room or, without the simulator, a sentence that they are missing.
+/// Adds a robot and its room or, without the simulator, a sentence stating that they are missing.
 void add_robot(ShownRun& run, const std::optional<struct RobotModel>& robot);
 
+/// Returns the start of each fault in the scenario, with the fault's name and duration.
 std::vector<Moment> faults_of(const scenario::Scenario& scenario);
 
 /// Paths are compared literally: no path from a client reaches the disk.
 class Site {
  public:
-  /// The page, its script and style; /about (about: further keys); of the first run /model/0 and
-  /// /picture/0/k, which are painted in another thread from the first request on and empty until then.
+  /// The page, its script and style; /about (about: additional keys); and for the first run
+  /// /model/0 and /picture/0/k. These are painted in another thread after the first request and are empty
+  /// until then.
   Site(const std::vector<ShownRun>& runs, nlohmann::ordered_json about);
 
   void add(const std::string& path, Resource resource);
@@ -78,10 +80,11 @@ class Site {
 /// Returns a text message that must not be lost.
 Message json_message(const nlohmann::ordered_json& content);
 
+/// Returns the bytes as application/octet-stream.
 Resource bytes_resource(std::string bytes);
 
-/// Adds /rig/<run>/<sensor>/<number> for each sensor: those of a run's rig, then, for a finished run, the
-/// head camera. reading: returns what the page shows, or "".
+/// Adds /rig/<run>/<sensor>/<number> for each sensor: the run's rig, then, for a finished run, the head
+/// camera. reading: returns what the page shows, or "".
 void add_rig(Site& site, std::size_t sensors, std::size_t run,
              const std::function<std::string(std::size_t sensor, std::size_t number)>& reading);
 
@@ -94,12 +97,12 @@ struct SoleForce {
 /// Returns the zero-moment point of the ground forces on both soles, assumed level; nullopt below 20 N.
 std::optional<Eigen::Vector2d> zero_moment_point(const std::array<SoleForce, 2>& soles);
 
-/// The values of frames in order of time, for the time plots (web/compare.js); NaN: unknown.
+/// The values of frames in chronological order, for the time plots (web/compare.js); NaN: unknown.
 class Series {
  public:
-  /// Time (s); errors and their standard deviations (mm, deg); NEES; landmarks in the map and found; how far
-  /// the standing soles moved (mm); distance of the zero-moment point inside the support polygon (mm); NIS by
-  /// degrees of freedom, by score::kSensors.
+  /// Time (s); errors and their standard deviations (mm, deg); NEES; landmarks in the map and found; distance
+  /// that the standing soles moved (mm); distance of the zero-moment point inside the support polygon (mm);
+  /// NIS by degrees of freedom, by score::kSensors.
   static constexpr std::array kNames{"t",          "x",          "y",
                                      "z",          "heading",    "sigma_x",
                                      "sigma_y",    "sigma_z",    "sigma_heading",
@@ -141,7 +144,7 @@ using MakeRobot = std::function<RobotModel(const scenario::Scenario&)>;
 /// Returns a function that loads robots; empty in a program without the simulator.
 MakeRobot robot_maker(const fs::path& models);
 
-/// A result as the page plays it back.
+/// A result for playback by the page.
 struct Playback {
   ShownRun run;
   pages::RunData data;                              ///< without its frames, which are below
@@ -151,9 +154,9 @@ struct Playback {
   std::shared_ptr<const pages::Pictures> pictures;  ///< absent without a recording
 };
 
-/// Reads a result folder and its recording: its own, or the one with the hash in about.json, from the
-/// enclosing or a given result, from the cache, or next to it. Missing parts are listed in ShownRun::missing.
-/// Throws FileError if it is not a result or a file is broken.
+/// Reads a result folder and its recording. A result without its own recording uses the one with the
+/// hash in about.json: from the enclosing result, a given one, the cache, or a nearby result. Missing parts
+/// are listed in ShownRun::missing. Throws FileError if it is not a result or a file is broken.
 Playback read_playback(const fs::path& result, const MakeRobot& make_robot,
                        const std::vector<fs::path>& given = {});
 
@@ -164,7 +167,7 @@ inline constexpr slam::Stamp kFirstPiece = std::chrono::seconds(1), kPiece = std
 /// Serves one result, or several results of the same scenario.
 class PlaybackView {
  public:
-  /// Throws std::invalid_argument if there are two scenarios, and what Server throws.
+  /// Throws std::invalid_argument if there are two scenarios, and whatever Server throws.
   PlaybackView(const Access& access, std::vector<Playback> results);
   const Access& access() const { return server_.access(); }
 

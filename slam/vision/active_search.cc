@@ -20,12 +20,13 @@ bool more_informative(const Candidate& a, const Candidate& b) {
 
 constexpr double kTiltStep = 0.1;          // tangent of an angle
 constexpr double kLargestTilt = 1.8;       // tangent of an angle
-constexpr double kLeastTiltGain = 0.0005;  // of the correlation, by one step
+constexpr double kLeastTiltGain = 0.0005;  // minimum gain in correlation for one step
 constexpr double kTiltPrior = 0.005;       // penalty at a tilt of 45°: most surfaces face the camera
 
 constexpr std::size_t kOnStack = 1024;    // columns; regions have fewer
-constexpr double kLeastDistance_px = 20;  // between the corners of two landmarks
-constexpr double kFewVisible = 12;        // landmarks, up to which a box's sides are a quarter of the image's
+constexpr double kLeastDistance_px = 20;  // minimum distance between the corners of two landmarks
+// Number of landmarks up to which a box's sides are a quarter of the image's.
+constexpr double kFewVisible = 12;
 constexpr double kCornerGateSigmas = 3;
 
 /// Σ gx², gxgy, gy² over a column of 11 pixels, with doubled gradients so that the sums are integers.
@@ -50,7 +51,7 @@ double smaller_eigenvalue(const Moments& m) {
   return (xx + yy - std::sqrt((xx - yy) * (xx - yy) + 4 * xy * xy)) / 8;
 }
 
-/// A box at a random place. It is smaller if more landmarks are wanted, so that they can lie closer together.
+/// A box at a random place. It is smaller if more landmarks are wanted, so that they can be closer together.
 cv::Rect random_box(const cv::Mat& image, int visible, std::mt19937_64& random) {
   const int margin = kSourceHalf + 1;
   const double side = std::min(1.0, std::sqrt(kFewVisible / visible)) / 4;  // relative to the image's
@@ -61,7 +62,7 @@ cv::Rect random_box(const cv::Mat& image, int visible, std::mt19937_64& random) 
   return {x, y, width, height};
 }
 
-/// As predict_landmark, but without S.
+/// The same as predict_landmark(), but without S.
 std::optional<Candidate> project_landmark(const Kalman& kalman, const Landmark& landmark,
                                           const LandmarkKind& kind, const Camera& camera, double sigma_px) {
   const State& state = kalman.state();

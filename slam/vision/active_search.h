@@ -36,7 +36,7 @@ inline std::vector<Candidate> predict_view(const Kalman& kalman, const std::vect
   return candidates;
 }
 
-/// Keeps the `count` most informative candidates, those with the largest trace of S (Davison et al. 2007).
+/// Keeps the `count` most informative candidates, which have the largest trace of S (Davison et al. 2007).
 void keep_most_informative(std::vector<Candidate>& candidates, std::size_t count);
 
 /// Keeps the most informative candidates that together compare templates at no more than `most_px` pixels.

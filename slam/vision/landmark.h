@@ -26,14 +26,14 @@ struct DepthImage {
 
   /// The depth of the patch around a pixel: the mean of its inverse depths, which are linear in the pixel on
   /// a plane. Returns nothing if a reading is missing or the patch is not planar, for example across the edge
-  /// of an object. sigma_1_m is that of one reading, because neighbors share errors, and at least that of the
-  /// rounding to 1 mm.
+  /// of an object. sigma_1_m is the standard deviation of one reading, because neighbors share errors, but at
+  /// least the error of rounding to 1 mm.
   std::optional<MeasuredDepth> at(const Eigen::Vector2i& pixel) const;
 };
 
 /// A new landmark on the ray of a pixel with standard deviation sigma_px. displacement: the pixel's
 /// displacement by the lens, px. The inverse depth is the measured one, ρ = cos α / z with the angle α
-/// between the optical axis and the ray, or else that of the options.
+/// between the optical axis and the ray, or else the one in the options.
 LandmarkInitialization initialize_inverse_depth(const RobotVector& x, const Ray& ray, double sigma_px,
                                                 const Eigen::Vector2d& displacement,
                                                 const Options::Depth& options,
@@ -60,6 +60,7 @@ struct DepthMoments {
 /// Equal probability for all depths from nearest to furthest.
 std::vector<DepthParticle> uniform_prior(const Options::Depth::Particles& options);
 
+/// Returns the mean and standard deviation of the depth, weighted by probability.
 DepthMoments depth_moments(const std::vector<DepthParticle>& particles);
 
 /// Multiplies each probability by its likelihood, removes particles below 0.05/N and normalizes the sum to 1
@@ -87,11 +88,11 @@ struct Landmark {
       Eigen::Isometry3d::Identity();                      ///< estimated camera pose when it was first seen
   Eigen::Vector2d pixel_first = Eigen::Vector2d::Zero();  ///< its first pixel
   Stamp initialized{0};
-  Eigen::Vector2d tilt = Eigen::Vector2d::Zero();  ///< of its surface; see surface_normal
+  Eigen::Vector2d tilt = Eigen::Vector2d::Zero();  ///< tilt of its surface; see surface_normal()
   Eigen::Vector3d p_WC_inflated =
       Eigen::Vector3d::Zero();      ///< camera position when its covariance was last inflated for the view, m
   int attempts = 0, successes = 0;  ///< searches for it, and accepted matches
-  int misses = 0;                   ///< failed searches from one view since its last accepted match
+  int misses = 0;                   ///< number of failed searches from one view since its last accepted match
   Eigen::Vector3d p_WC_missed = Eigen::Vector3d::Zero();  ///< camera position at the first of them, m
   Stamp last_search{0};                                   ///< time of its last search or its initialization
   Stamp last_visible{0};  ///< when it was last predicted to be visible, or initialized
@@ -100,9 +101,9 @@ struct Landmark {
     return std::visit([](const auto& k) { return std::decay_t<decltype(k)>::kSize; }, kind);
   }
   Parameters parameters(const State& state) const { return state.storage_x.segment(at, size()); }
-  /// True if the current view differs from that of the first of its misses.
+  /// True if the current view differs from the view of the first of its misses.
   bool is_seen_anew(const State& state) const;
-  /// True if searches for it from this view have failed repeatedly, so that it gives way to others.
+  /// True if searches for it from this view have failed repeatedly, so that others have priority.
   bool is_set_aside(const State& state) const { return misses >= kMostMisses && !is_seen_anew(state); }
 };
 

@@ -19,10 +19,11 @@ Landmark landmark_seen_from(const Eigen::Isometry3d& X_WC, Stamp t) {
 constexpr std::size_t kRoom = 256;          // landmarks for which memory is reserved
 constexpr int kProposals = 5;               // corners tried for each landmark wanted
 constexpr int kInitializedPerFrame = 3;     // landmarks, once the map is not empty
-constexpr Stamp kYoung{10'000'000'000};     // between a landmark's first and last view
-constexpr Stamp kBadCorner{5'000'000'000};  // since a young landmark was deleted there
+constexpr Stamp kYoung{10'000'000'000};     // time between a landmark's first and last view
+constexpr Stamp kBadCorner{5'000'000'000};  // time since a young landmark was deleted there
 constexpr double kSameDirection = 0.9976;   // cosine of 4 degrees
-constexpr double kLeastViewChange = 0.02;   // motion over distance; swaying moves less, and comes back
+// Ratio of motion to distance; swaying moves the camera less, and back again.
+constexpr double kLeastViewChange = 0.02;
 
 bool is_line(const Landmark& landmark) { return std::holds_alternative<SemiInfiniteLine>(landmark.kind); }
 
@@ -97,7 +98,7 @@ void Map::add(Landmark landmark) {
   landmarks_.push_back(std::move(landmark));
 }
 
-/// How many landmarks to initialize in this frame.
+/// Returns how many landmarks to initialize in this frame.
 int Map::number_wanted(std::size_t visible, const State& state) const {
   const int missing = options_.vision.visible_landmarks - static_cast<int>(visible);
   const Options::Depth::Particles& particles = options_.depth.particles;

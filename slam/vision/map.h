@@ -20,7 +20,7 @@ std::optional<Landmark> initialize_known_landmark(const cv::Mat& image, Stamp t,
                                                   const Camera& camera, const Options& options,
                                                   Kalman& kalman);
 
-/// How many landmarks were to be initialized in a frame, and how many were.
+/// Numbers of landmarks requested and initialized in a frame.
 struct InitializationCount {
   int wanted = 0, added = 0;
 };
@@ -34,7 +34,7 @@ class Map {
   std::vector<MapPoint> points(const State& state) const;
   /// Initializes landmarks at corners away from the predicted pixels of visible landmarks, until as many are
   /// visible as the options request. New landmarks are at the end of landmarks(). In a full map, they replace
-  /// landmarks out of view, starting with those found least often, whose ids are appended to `deleted`.
+  /// landmarks out of view, starting with the ones found least often, whose ids are appended to `deleted`.
   InitializationCount initialize(const cv::Mat& image, const DepthImage& depth, Stamp t,
                                  const std::vector<Eigen::Vector2d>& visible, Kalman& kalman,
                                  std::vector<int>& deleted);

@@ -29,7 +29,7 @@ struct Template {
 
 /// The image around a pixel, which must lie at least kSourceHalf inside the image.
 SourcePatch cut_patch(const cv::Mat& image, const Eigen::Vector2i& pixel);
-/// The image around a place between pixels, interpolated.
+/// The image around a sub-pixel position, interpolated.
 SourcePatch cut_patch_between(const cv::Mat& image, const Eigen::Vector2d& pixel);
 
 /// The unit normal in W of the surface at p_W. If the tilt is zero, it points toward the camera that first
@@ -38,9 +38,9 @@ SourcePatch cut_patch_between(const cv::Mat& image, const Eigen::Vector2d& pixel
 Eigen::Vector3d surface_normal(const Eigen::Isometry3d& X_WC_first, const Eigen::Vector3d& p_W,
                                const Eigen::Vector2d& tilt);
 
-/// ∂pixel_first/∂pixel_now: the affine map from the surroundings of `pixel_now` to those of the landmark's
-/// pixel in the first view, if the surface at p_W is a plane with that normal. Returns nothing if the surface
-/// is seen too obliquely (more than 65°) or lies outside a view.
+/// ∂pixel_first/∂pixel_now: the affine map from the surroundings of `pixel_now` to the surroundings of the
+/// landmark's pixel in the first view, if the surface at p_W is a plane with that normal. Returns nothing if
+/// the surface is seen too obliquely (more than 65°) or lies outside a view.
 std::optional<Eigen::Matrix2d> view_change(const Camera& camera, const Eigen::Isometry3d& X_WC_first,
                                            const Eigen::Isometry3d& X_WC_now, const Eigen::Vector3d& p_W,
                                            const Eigen::Vector3d& normal_W, const Eigen::Vector2d& pixel_now);

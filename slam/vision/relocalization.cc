@@ -11,9 +11,10 @@
 namespace slam {
 namespace {
 
-constexpr double kGridVariance_px2 = 1.0 / 12;  // of matches on the raw pixel grid
+constexpr double kGridVariance_px2 = 1.0 / 12;  // variance of matches on the raw pixel grid
 constexpr int kLeastSuccesses = 10;
-constexpr double kLargestRelativeVariance = 0.04;  // of the position, relative to the squared distance
+// Variance of the position, relative to the squared distance.
+constexpr double kLargestRelativeVariance = 0.04;
 constexpr double kLeastCorrelation = 0.85;
 constexpr double kInlierResidual_px = 4;
 constexpr int kPoseIterations = 10;
@@ -21,7 +22,7 @@ constexpr int kPoseIterations = 10;
 constexpr std::size_t kMostTemplates = 40;  // in one heading
 constexpr std::size_t kMostPlaces = 3000;   // in an image
 constexpr int kPlaceStep_px = 2;
-constexpr double kPlaceBlur_px = 1.2;  // so that a template still matches slightly off its place
+constexpr double kPlaceBlur_px = 1.2;  // blur, so that templates still match at a slight offset
 constexpr std::size_t kMostDetections = 48;
 constexpr double kHeightSigma_m = 0.03, kHeightGate = 3;
 constexpr double kLeastAhead = 0.5;          // cosine of the angle to the heading that is searched
@@ -29,13 +30,13 @@ constexpr std::size_t kLeastHypothesis = 4;  // detections that agree
 constexpr std::size_t kMostHypotheses = 3;
 constexpr double kSamePlace_m = 0.2, kSameHeading_rad = 0.1;
 constexpr double kVerifySigma_px = 2;
-constexpr double kLikeFirstView = 0.9;  // cosine; landmarks are mostly found from such a view
-constexpr double kLeastShare = 0.5;     // of the landmarks predicted in view
-constexpr double kLead = 2;             // times the share of the second-best pose
+constexpr double kLikeFirstView = 0.9;  // cosine of the angle within which landmarks are mostly found
+constexpr double kLeastShare = 0.5;     // fraction of the landmarks predicted in view
+constexpr double kLead = 2;             // factor on the fraction of the second-best pose
 
 constexpr double kLargestDifference = 5;  // standard deviations
 constexpr double kConfirmation_s = 1, kLongestConfirmation_s = 2;
-constexpr double kLargestMotionError = 0.5;  // of the motion
+constexpr double kLargestMotionError = 0.5;  // fraction of the motion
 constexpr double kLeastDifference_m = 0.05, kLeastDifference_rad = 0.05;
 constexpr double kWalkingSigma_m_s = 0.3, kWalkingSigma_rad_s = 0.5;
 
@@ -103,8 +104,8 @@ std::vector<InView> in_view(const std::vector<const Landmark*>& landmarks, const
   return all;
 }
 
-/// The landmarks first seen by a camera that faced roughly the same way as X_WC, wherever it was. Their
-/// pixels and views are those of that camera.
+/// The landmarks first seen by a camera that faced roughly the same way as X_WC, from any position.
+/// Pixels and views refer to that camera.
 std::vector<InView> as_first_seen(const std::vector<const Landmark*>& landmarks, const State& state,
                                   const Eigen::Isometry3d& X_WC) {
   std::vector<InView> all;
@@ -237,9 +238,9 @@ Eigen::Vector3d intersection(const BearingObservation& first, const BearingObser
 
 Vector6d solved(const Matrix6d& A, const Vector6d& b) { return A.ldlt().solve(b); }
 
-/// Refines the pose by Gauss-Newton; the uncertainty of each landmark counts as noise of its pixel. Since the
-/// landmarks share most of their error, many do not make the pose more certain than one does. Residuals
-/// larger than this noise enlarge the covariance.
+/// Refines the pose by Gauss-Newton; the uncertainty of each landmark counts as noise of its pixel. Because
+/// the landmarks share most of their error, many of them do not make the pose more certain than one.
+/// Residuals larger than this noise enlarge the covariance.
 Estimate refine(Eigen::Isometry3d X_WC, const std::vector<Detection>& detections,
                 const std::vector<std::size_t>& inliers, const Camera& camera, double sigma_px) {
   Matrix6d information = Matrix6d::Identity();
@@ -351,7 +352,7 @@ std::vector<Hypothesis> hypotheses(const std::vector<Detection>& detections, con
   return best;
 }
 
-/// A pose confirmed by landmarks predicted in view, and the share of these landmarks that was found.
+/// A pose confirmed by landmarks predicted in view, and the fraction of these landmarks that was found.
 struct Verified {
   Estimate pose;
   std::size_t found = 0;

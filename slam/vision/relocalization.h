@@ -8,7 +8,7 @@
 
 namespace slam {
 
-/// How many landmarks of the map must at least confirm the pose of a lost filter.
+/// Minimum number of landmarks of the map that must confirm the pose of a lost filter.
 inline constexpr std::size_t kLeastRecognized = 6;
 
 /// The position of a landmark and the unit vector in C toward its possible match.
@@ -16,17 +16,17 @@ struct BearingObservation {
   Eigen::Vector3d p_W, direction_C;
 };
 
-/// The camera poses R_z(ψ)R_WC that see both landmarks along their bearings; at most two. The tilt is that of
-/// R_WC; ψ follows from the condition that both rays meet in the camera, (p₂ − p₁)·R_z(ψ)(d₁ × d₂) = 0.
+/// The camera poses R_z(ψ)R_WC that see both landmarks along their bearings; at most two. The tilt is taken
+/// from R_WC; ψ follows from the condition that both rays meet in the camera, (p₂ − p₁)·R_z(ψ)(d₁ × d₂) = 0.
 std::vector<Eigen::Isometry3d> poses_from_two(const BearingObservation& first,
                                               const BearingObservation& second, const Eigen::Matrix3d& R_WC);
 
 /// Searches the image for the landmarks that were first seen in about this heading, with their appearance at
-/// that time, and tries the poses that follow from each pair of them. The tilt, and roughly the height, are
-/// those of the state, which gyro, gravity and plan maintain. turn: about the vertical, relative to the
+/// that time, and tries the poses implied by each pair of them. The tilt, and roughly the height, are taken
+/// from the state, in which gyro, gravity and plan maintain them. turn: about the vertical, relative to the
 /// state's orientation. A pose is accepted if it is clearly the best and at least half of the landmarks that
-/// it predicts in view are found there, and at least kLeastRecognized of them. The work is bounded whatever
-/// the size of the map. The time of the estimate remains 0.
+/// it predicts in view are found there, and at least kLeastRecognized of them. The work is bounded for any
+/// size of the map. The time of the estimate remains 0.
 std::optional<Estimate> relocalize(const cv::Mat& image, const std::vector<Landmark>& landmarks,
                                    const State& state, double turn, const Camera& camera, double sigma_px);
 
@@ -62,8 +62,8 @@ class RelocalizationConfirmer {
   std::optional<Poses> first_;  // the poses to be confirmed
 };
 
-/// The robot's state after relocalization: the found pose, velocities as uncertain as those of a walking
-/// robot, and everything else as it was in the state before.
+/// The robot's state after relocalization: the found pose, velocities as uncertain as a walking robot's,
+/// and everything else unchanged.
 RobotState relocalized_state(const Estimate& found, const State& before);
 
 }  // namespace slam

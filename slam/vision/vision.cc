@@ -40,12 +40,12 @@ double find_supporters(const StackedMeasurement& matches, int i, double gate,
   return sum;
 }
 
-constexpr Stamp kRetryAfter{500'000'000};      // for a landmark that is set aside
-constexpr std::size_t kRetried = 2;            // of these in a frame, even if there are others to search for
+constexpr Stamp kRetryAfter{500'000'000};  // for a landmark that is set aside
+constexpr std::size_t kRetried = 2;  // number of these in a frame, even if there are others to search for
 constexpr int kMostSearched_px = 400000;       // in a frame; bounds its cost
 constexpr double kGate = 9.21;                 // chi-square, 99 %, 2 rows
 constexpr std::size_t kLeastAtPrediction = 4;  // chance matches at predicted pixels are rare
-constexpr double kLeastShareRecognized = 0.5;  // of those searched for
+constexpr double kLeastShareRecognized = 0.5;  // fraction of the landmarks searched for
 
 /// The area of the bounding box of the predicted pixels, as a fraction of the image's.
 double image_coverage(const std::vector<Candidate>& candidates, const CameraIntrinsics& camera) {
@@ -163,7 +163,7 @@ void MatchBiases::clear(Kalman& kalman) {
   std::fill(landmark_of_.begin(), landmark_of_.end(), kFree);
 }
 
-/// Removes from candidates_ the landmarks that are set aside, and fills retried_ with those that are due.
+/// Removes the landmarks that are set aside from candidates_, and fills retried_ with the ones that are due.
 void Vision::set_aside(const std::vector<Landmark>& landmarks, Stamp t, const State& state) {
   const auto last_search = [&](const Candidate& c) { return landmarks[c.index].last_search; };
   const auto is_set_aside = [&](const Candidate& c) { return landmarks[c.index].is_set_aside(state); };
@@ -175,8 +175,8 @@ void Vision::set_aside(const std::vector<Landmark>& landmarks, Stamp t, const St
   std::erase_if(candidates_, is_set_aside);
 }
 
-/// Keeps the candidates initialized before a time, at most as many as are searched for in a frame. Those with
-/// the fewest misses are kept, so that failures rotate them.
+/// Keeps the candidates initialized before a time, at most as many as are searched for in a frame. Prefers
+/// the fewest misses, so that failures rotate the candidates.
 void Vision::keep_least_missed(const std::vector<Landmark>& landmarks, Stamp before) {
   std::erase_if(candidates_, [&](const Candidate& c) { return landmarks[c.index].initialized >= before; });
   // Not std::stable_sort: its buffer is not aligned for Eigen's matrices.
@@ -186,8 +186,8 @@ void Vision::keep_least_missed(const std::vector<Landmark>& landmarks, Stamp bef
   if (candidates_.size() > most) candidates_.resize(most, candidates_.front());
 }
 
-/// Makes the bias of a match a part of the state. If no place is free, it takes the place of the landmark in
-/// view that was not searched for in this frame and has waited longest for a search.
+/// Makes the bias of a match a part of the state. If no place is free, it replaces the landmark in view that
+/// was not searched for in this frame and has waited longest for a search.
 void Vision::place_bias(const std::vector<Landmark>& landmarks, int landmark, Measurement& m,
                         Kalman& kalman) {
   m.bias_at = biases_.add(landmark, false, kalman);
@@ -267,7 +267,7 @@ void Vision::find_inliers(const State& state) {
   for (const std::size_t match : inliers_) result_.searched[matches_.searched[match]].used = true;
 }
 
-/// Multiplies the whitened innovation of each landmark by that in the last frame.
+/// Multiplies the whitened innovation of each landmark by its whitened innovation in the last frame.
 void Vision::add_lagged() {
   for (const std::size_t match : inliers_) {
     const int id = result_.searched[matches_.searched[match]].landmark;

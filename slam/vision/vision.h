@@ -26,7 +26,7 @@ class Consensus {
   Eigen::MatrixXd cross_;
 };
 
-/// The match biases. From another place, the camera sees a landmark slightly differently from its template,
+/// The match biases. From a new place, the camera sees a landmark slightly differently from its template,
 /// so the match has an error that hardly changes from frame to frame. If it were modeled as white noise,
 /// every frame would count as new information. Instead, the bias is a Gauss-Markov process in the state, with
 /// two parameters for each landmark in view, in units of Camera::sigma(pixel, 1). It is zero at the first
@@ -61,14 +61,15 @@ class MatchBiases {
 struct VisionResult {
   std::vector<Eigen::Vector2d> visible;      ///< predicted pixels of all landmarks that should be visible
   std::vector<std::size_t> visible_indices;  ///< their indices in the list of landmarks
-  std::size_t tested = 0;  ///< number of these and of those set aside, at most as many as may be measured
+  std::size_t tested = 0;  ///< number of these plus the ones set aside, at most as many as may be measured
   std::vector<Search> searched;
-  std::vector<std::size_t> searched_indices;  ///< of those searched for, in the list of landmarks
-  std::vector<std::size_t> inliers;           ///< ascending indices in `searched`
-  int matches = 0;                            ///< how many of those searched for were found
+  /// Indices of the landmarks searched for, in the list of landmarks.
+  std::vector<std::size_t> searched_indices;
+  std::vector<std::size_t> inliers;  ///< ascending indices in `searched`
+  int matches = 0;                   ///< number of these that were found
   double coverage = 0;        ///< bounding box of all landmarks in view, as a fraction of the image's area
-  std::optional<Nis> gate;    ///< of the inliers, with the noise of the gate (gate_sigma_px)
-  std::optional<Nis> update;  ///< of the inliers, with the noise that the update assumes (sigma_px)
+  std::optional<Nis> gate;    ///< NIS of the inliers, with the noise of the gate (gate_sigma_px)
+  std::optional<Nis> update;  ///< NIS of the inliers, with the noise assumed by the update (sigma_px)
   bool updated = false;       ///< false without inliers, or if S is not positive definite
 };
 
@@ -90,7 +91,7 @@ class Vision {
   MatchBiases& biases() { return biases_; }
   const MatchBiases& biases() const { return biases_; }
   /// True if landmarks that were in the map before a time are found at their predicted pixels: at least four
-  /// of them, and more than half of those searched for. Does not update the estimate.
+  /// of them, and more than half of the landmarks searched for. Does not update the estimate.
   bool recognizes(const cv::Mat& image, Stamp t, const std::vector<Landmark>& landmarks, Stamp before,
                   Kalman& kalman);
   /// The result of the last search.

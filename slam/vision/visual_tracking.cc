@@ -5,12 +5,14 @@
 namespace slam {
 namespace {
 
-constexpr double kLongestInterval_s = 0.5;  // between frames; in a longer one, frames are missing
+constexpr double kLongestInterval_s = 0.5;  // between frames; in a longer interval, frames are missing
 constexpr double kLargestTurn_rad = 0.05;   // 1σ; beyond it an update is too far from linear
 constexpr double kLargestShift_m = 0.1;     // 1σ; beyond it, a match near a prediction may be wrong
-constexpr double kDoubtful_s = 0.2;  // before matching fails, in which landmarks may be initialized wrongly
+// Time before matching fails during which landmarks may be initialized wrongly.
+constexpr double kDoubtful_s = 0.2;
 
-constexpr double kRoughHeight_m = 0.03;  // the paper's standard deviation of the height, for judging it
+// The paper's standard deviation of the height, to judge the height with.
+constexpr double kRoughHeight_m = 0.03;
 
 /// The NIS of the height with the paper's standard deviation: floor and soles may differ by centimeters.
 std::optional<double> rough_nis(const std::optional<Nis>& height) {
@@ -31,7 +33,8 @@ bool knows_place(const Estimate& pose) {
 Estimate pose_estimate(const State& state, Stamp t) {
   Eigen::Vector4d inverse = state.orientation();
   inverse.tail<3>() *= -1;
-  Eigen::Matrix<double, 6, 7> J = Eigen::Matrix<double, 6, 7>::Zero();  // of (orientation, position) errors
+  // Jacobian of (orientation, position) errors.
+  Eigen::Matrix<double, 6, 7> J = Eigen::Matrix<double, 6, 7>::Zero();
   J.block<3, 4>(0, kOrientation) = 2 * left_matrix(inverse).bottomRows<3>();
   J.block<3, 3>(3, kPosition).setIdentity();
   const Matrix6d covariance = J * state.marginal<7>(0) * J.transpose();
@@ -119,7 +122,7 @@ std::optional<std::string> VisualTracking::measure(const VisualInput& in) {
       vision.coverage,      vision_nis,    rough_nis(nis_of(in.report.innovations, "height"))};
   if (vision.update) in.report.innovations.push_back({"vision", *vision.update});
   const bool failed = matching_failed(*result_.statistics);
-  record_searches(in, !failed);  // otherwise the image or the pose is at fault, not the landmarks
+  record_searches(in, !failed);  // otherwise the image or the pose is wrong, not the landmarks
   for (const std::size_t index : vision.visible_indices) map_.record_visible(index, in.t);
   result_.deleted_young = map_.prune(in.kalman, in.report.deleted);
   const InitializationCount initialized = manage_map(in, vision, !failed && !in.tracking.in_doubt());

@@ -22,7 +22,7 @@ struct VisualInput {
   FrameReport& report;  ///< already contains the height's innovation; the visual part is added
 };
 
-/// What the sensor monitors need to know about the visual part of one step.
+/// Results of the visual part of one step for the sensor monitors.
 struct VisualResult {
   bool good_image = false;  ///< not missing, flat or frozen, and without a gap before it
   std::optional<TrackingStatistics> statistics;
@@ -42,7 +42,7 @@ class VisualTracking {
   /// Predicts the match biases over a frame interval.
   void predict(double dt_s, Kalman& kalman) const { vision_.biases().predict(dt_s, kalman); }
   /// Measures the landmarks in the image, updates the state and manages the map; relocalizes a lost filter.
-  /// Reports to `tracking` what was seen. Does nothing if vision is disabled.
+  /// Reports to `tracking` whether landmarks were seen. Does nothing if vision is disabled.
   VisualResult step(const VisualInput& input);
 
  private:

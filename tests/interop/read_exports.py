@@ -26,7 +26,7 @@ def pngs(files, pixels="gray"):
 
 
 def table(file, delimiter=","):
-    """Rows of a text file; lines of comment left out."""
+    """Rows of a text file, without comment lines."""
     with open(file, newline="") as lines:
         return [row for row in csv.reader(lines, delimiter=delimiter) if not row[0].startswith("#")]
 
@@ -82,7 +82,7 @@ class Expected:
             assert np.allclose(np.array(row[1:], float), values[1:], rtol=1e-12, atol=1e-12)
 
     def check_poses(self, found, name, stamps=None):
-        """found: stamps with position and quaternion x, y, z, w; stamps: to expect, if not those of the file"""
+        """found: stamps with position and quaternion x, y, z, w; stamps: expected ones, if not the file's"""
         poses = self.poses(name)
         assert [t for t, _ in found] == (stamps or list(poses))
         for (_, numbers), (p, R) in zip(found, poses.values()):
@@ -109,7 +109,7 @@ def euroc(folder, expected):
 
 
 def euroc_rig(folder, expected):
-    """A further gray eye and a further IMU with their mounting."""
+    """An additional gray eye and an additional IMU with their mounting."""
     cam1, imu1, stamps = folder / "mav0/cam1", folder / "mav0/imu1", expected.stamps_of("right_eye")
     assert table(cam1 / "data.csv") == [[t, f"{t}.png"] for t in stamps]
     expected.check_rig_images(pngs({t: (cam1 / f"data/{t}.png").read_bytes() for t in stamps}), "right_eye")
@@ -229,7 +229,7 @@ def mcap_rig(messages, expected):
     assert all([f["name"] for f in m["fields"]] == ["x", "y", "z", "intensity", "t", "ring"] for m in sweeps)
     points = [[stamp(m), *map(float, np.float32(p[:5]))] for m in sweeps for p in m["points"]]
     for *point, _, _, ring in (p for m in sweeps for p in m["points"]):
-        row = 64 * (np.arctan2(point[2], np.hypot(*point[:2])) + 1.5) / 3  # of elevations from -1.5 to 1.5 rad
+        row = 64 * (np.arctan2(point[2], np.hypot(*point[:2])) + 1.5) / 3  # elevations -1.5 to 1.5 rad
         assert ring == int(np.clip(row, 0, 63)), point
     assert points == [[t, *map(float, np.float32(p))] for t, *p in expected.rows("lidar0")]
     assert [[stamp(m), *xyz(m["angular_velocity"]), *xyz(m["linear_acceleration"])]

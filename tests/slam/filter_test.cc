@@ -5,7 +5,7 @@
 namespace slam {
 namespace {
 
-/// A walk of a few steps and some turning, rendered once per process.
+/// A walk with a few steps and some turning, rendered once per process.
 const synthetic::Recording& short_walk() {
   static const synthetic::Recording recording = synthetic::recorded(3.5, 0.1);
   return recording;
@@ -32,7 +32,8 @@ FrameReport step(
 void lose_image(Observation& o) { o.image = cv::Mat(); }
 
 struct Errors {
-  double rms_m = 0, sigma_end_m = 0, nees_position = 0, least_heading_rad = 1e9;  // of the heading's sigma
+  // least_heading_rad: minimum of the heading's standard deviation.
+  double rms_m = 0, sigma_end_m = 0, nees_position = 0, least_heading_rad = 1e9;
   int accepted = 0, lost = 0;  // lost: frames with a health that is not ok
   bool valid = true;           // the covariance is finite and symmetric
   bool sound() const { return valid && lost == 0; }
@@ -99,8 +100,8 @@ TEST(Filter, SmoothedPosesCoverTheRecordedStepsAndEndAtItsEstimate) {
 }
 
 TEST(Filter, ItsUncertaintyIsLargerWithoutSensorsOfScaleOrWithoutVision) {
-  // Without any measurement of the scale, its error is chance, but the filter must know that it does not know
-  // it.
+  // Without any measurement of the scale, its error is random, but the filter must state that
+  // uncertainty.
   Options blind;
   blind.vision.enabled = false;
   const Errors only_vision = walk(vision_only()), without = walk(blind);
@@ -216,7 +217,7 @@ TEST(Filter, GivesTheSameBitsWithTheSameSeedAndAnotherMapWithAnother) {
   EXPECT_NE(fingerprint(a), fingerprint(c));
 }
 
-// An image of another place may cost landmarks.
+// An image of a different place may delete landmarks.
 TEST(Filter, IsLostAfterTwoSecondsWithoutAUsableImageStatesTheCauseAndKeepsItsMap) {
   const Spoil frozen = [last = short_walk().observation(19).image](Observation& o) { o.image = last; };
   const std::vector<std::tuple<std::string, Options, Spoil>> kinds{

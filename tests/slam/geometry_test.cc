@@ -182,7 +182,7 @@ TEST(Jacobians, OfCamerasMatchNumericalDerivatives) {
         const auto project = [&](const auto& at) { return camera.project(at)->pixel; };
         const auto unproject = [&](const auto& at) { return camera.unproject(at)->h; };
         expect_derivative("pixel", h, J, project, 1e-6 * J.norm());
-        expect_derivative("ray", pixel, ray.J, unproject, 1e-6);  // px: rounding, 1e-13/1e-6, with room
+        expect_derivative("ray", pixel, ray.J, unproject, 1e-6);  // px: rounding, 1e-13/1e-6, with a margin
       }
 }
 
@@ -241,7 +241,7 @@ TEST(Jacobians, OfTheDistortionMatchALensWithAWrongParameter) {
   const LandmarkInitialization b =
       initialize_inverse_depth(kState, *ray, 1, camera.displacement(ray->h, pixel), {});
   const VectorXd numeric = numerical_jacobian(initialized, VectorXd::Zero(1), 1e-4);
-  // The displacement is not linear in the lens's parameter: 30 % here. Sign and axis are what matters.
+  // The displacement is not linear in the lens's parameter: 30 % here. Only sign and axis matter.
   EXPECT_GT(b.distortion.dot(numeric) / (b.distortion.norm() * numeric.norm()), 0.999);
   EXPECT_NEAR(b.distortion.norm() / numeric.norm(), 1, 0.35);
 }

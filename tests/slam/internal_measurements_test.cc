@@ -87,7 +87,7 @@ TEST(InternalMeasurements, AfterAGapTheGyroDrivesTheMotionOnlyIfTheChangeOfRateI
 }
 
 /// The rate about the camera's y axis at a frame, if encoders read these angles between camera and IMU at
-/// that frame and at the one before, which is the first that has them.
+/// that frame and at the previous one, which is the first frame with such readings.
 double rate_of_head(double before_rad, double now_rad, bool by_encoders = true) {
   Options options;
   options.leg_odometry.enabled = by_encoders;
@@ -264,7 +264,7 @@ TEST(InternalMeasurements, TheAccelerometerMakesThePredictionCertainAndASpikeIsR
 TEST(InternalMeasurements, AnAccelerometerThatContradictsThePlanIsRejected) {
   Walking walk;
   Observation o = walk.next();
-  for (InertialSample& sample : o.accelerometer) sample.value.z() += 6;  // m/s²: only the plan denies it
+  for (InertialSample& sample : o.accelerometer) sample.value.z() += 6;  // m/s²: only the plan contradicts it
   walk.step(o);
   EXPECT_TRUE(walk.accelerometer_rejected());
   Options no_plan;

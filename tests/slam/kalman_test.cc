@@ -194,7 +194,7 @@ TEST(Kalman, NullDirectionOfTheRobotIsTheDerivativeOfTurningItAboutTheVertical) 
     return y;
   };
   const RobotVector numeric = (turned(1e-6) - turned(-1e-6)) / 2e-6;
-  EXPECT_LT((robot_null_yaw(x) - numeric).norm(), 1e-9);  // rounding 1e-16 / step 1e-6, with room
+  EXPECT_LT((robot_null_yaw(x) - numeric).norm(), 1e-9);  // rounding 1e-16 / step 1e-6, with a margin
 }
 
 /// A filter with a systematic error of `delta` from the start, after a few steps of all kinds. It measures
@@ -239,7 +239,8 @@ TEST(Kalman, CarriesTheDerivativesOfItsMeanWithRespectToTheSystematicErrors) {
     const VectorXd expected = (more.state().x() - less.state().x()) / (2 * kStep);
     const VectorXd carried = at_zero.state().storage_sensitivity.col(which).head(at_zero.state().size);
     EXPECT_GT(expected.norm(), 0.1);
-    EXPECT_LT((carried - expected).norm(), 1e-6 * expected.norm());  // of the difference, cubic in the step
+    // The tolerance is relative to the difference, whose error is cubic in the step.
+    EXPECT_LT((carried - expected).norm(), 1e-6 * expected.norm());
   }
 }
 

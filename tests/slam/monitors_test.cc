@@ -39,7 +39,7 @@ TEST(TrackingMonitor, ALossAfterTwoSecondsStatesItsCauseAndEndsByRelocalizationO
     TrackingMonitor given_up = monitor, found = monitor;
     monitor.sees();
     EXPECT_EQ(monitor.health(), trouble.blinds ? Health::ok : Health::lost)
-        << "only missing sight ends with sight";
+        << "only a loss caused by missing images ends when something is seen";
     EXPECT_NE(monitor.cause().has_value(), trouble.blinds);
     found.relocalized();
     EXPECT_EQ(found.health(), Health::ok);
@@ -103,7 +103,7 @@ TEST(TrackingMonitor, WithoutSightItIsLostOnceThePoseIsUncertainAndGivesUpNoSoon
     monitor.blind(kHalf, "no image arrives", false);
     monitor.remains_lost(kHalf);
   }
-  EXPECT_EQ(frames, 3 + 20);  // 2 s without sight are over, and 10 s more
+  EXPECT_EQ(frames, 3 + 20);  // 2 s without images have passed, and 10 s more
 }
 
 TEST(TrackingMonitor, AnOccludedPartOfTheImageIsNotAFailure) {
@@ -178,7 +178,7 @@ Evidence evidence(int which, double delta, double sigma) {
 SensorMonitor monitor_after(int which, double delta, double sigma, const Options& options = {}) {
   SensorMonitor monitor(options);
   for (int k = 0; k < 100; ++k)
-    monitor.add(evidence(which, delta, 10 * sigma), 0);  // together as certain as one of sigma
+    monitor.add(evidence(which, delta, 10 * sigma), 0);  // together as precise as a single value with sigma
   return monitor;
 }
 
@@ -271,7 +271,7 @@ TEST(ImageTest, FailsIfLandmarksAreNotFoundAndAreDeletedAgain) {
   }
   EXPECT_FALSE(sound.fails());
   EXPECT_TRUE(other.fails());
-  EXPECT_FALSE(dark.fails());  // nothing is found, and no landmark is blamed for it
+  EXPECT_FALSE(dark.fails());  // nothing is found, but the landmarks do not count as unreliable
 }
 
 /// True if the test fails after losses in these of 300 frames at 30 Hz. Images starting at frame `dark` are

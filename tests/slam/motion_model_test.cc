@@ -247,7 +247,7 @@ struct World {
   std::vector<Eigen::Vector3d> places;
   Normal normal;
   double gyro = 0, velocity = 0, vision = 0;  // NIS of the last frame
-  int rows = 0;                               // of its matches
+  int rows = 0;                               // rows of its matches
 };
 
 /// 99.9 % of the means of n chi-square numbers are within dof ± 3.29 √(2 dof / n). linearization: additional
@@ -274,7 +274,7 @@ TEST(Consistency, ErrorsAndInnovationsMatchTheirCovariancesOverTwoHundredRuns) {
   expect_chi_square(nees, 6);
   expect_chi_square(gyro, 3);
   expect_chi_square(velocity, 3);
-  expect_chi_square(vision, rows, 0.05);  // over a thousand runs they are 4 % too large
+  expect_chi_square(vision, rows, 0.05);  // the mean of 1000 runs is 4 % too large
 }
 
 }  // namespace

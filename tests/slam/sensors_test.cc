@@ -100,7 +100,7 @@ TEST(Accelerometer, IncrementIsTheChangeOfTheCamerasMeanVelocityAndIsAbsentIfRea
     };
     const Eigen::Vector3d measured = X_WC(recording, later.from).linear() * increment->increment_C +
                                      increment->duration_s * Eigen::Vector3d(0, 0, -9.81);
-    // m/s: the acceleration is taken as constant over readings of 5 ms
+    // m/s: the acceleration is assumed constant over readings of 5 ms
     EXPECT_NEAR((measured - velocity(later) + velocity(earlier)).norm(), 0, 3e-5);
     later.accelerometer.erase(later.accelerometer.begin() + 2);
     EXPECT_FALSE(velocity_increment(earlier, later, kZero, Options{}));
@@ -161,7 +161,8 @@ TEST(Plan, StrideLengthStrideAngleAndSwayErrorsChangeThePlannedVelocity) {
   x.segment<2>(kStrideError) << 0.02, 0.05;
   const Eigen::Vector3d sway_C(-0.01, 0.02, 0.04), planned_C(0.2, 0.03, -0.1);
   x.segment<3>(kSwayVelocity) = sway_C;
-  // 2 % of it, and 0.05 of it turned to the side.
+  // The stride errors: 2 % of the horizontal planned velocity, plus 0.05 times this velocity turned to the
+  // side.
   const Eigen::Vector3d true_C = planned_C - sway_C - Eigen::Vector3d(0.004 + 0.005, 0, -0.002 + 0.01);
   const Eigen::Matrix3d R_WC = rotation_matrix(x.segment<4>(kOrientation));
   x.segment<3>(kVelocity) = R_WC * true_C;
@@ -254,7 +255,7 @@ TEST(PlanHistory, ACommandIsFollowedWithALagAndOnlyWithoutAPlanOrLegOdometry) {
 }
 
 /// A robot that walks along y of the plan's world with a step of 0.1 m in every eight frames. Plan and
-/// odometry are in worlds that are turned relative to each other. sways_m: sideways, alternately to each
+/// odometry are in worlds that are rotated relative to each other. sways_m: sideways, alternately to each
 /// side.
 std::vector<Observation> stepping(double scale, double sways_m = 0) {
   Eigen::Isometry3d X_PC = Eigen::Isometry3d::Identity();

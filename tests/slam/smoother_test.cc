@@ -11,7 +11,7 @@ namespace {
 
 constexpr int kSteps = 7;
 
-/// A step with all kinds of changes. It is the same for all filters that have taken the same steps before.
+/// A step with all kinds of changes. It is the same for all filters that took the same previous steps.
 void step(int k, Kalman& kalman) {
   Normal normal(100 + static_cast<std::uint64_t>(k));
   const RobotMatrix F = RobotMatrix::Identity() + 0.1 * random_matrix(kRobot, kRobot, normal);
@@ -32,7 +32,7 @@ void step(int k, Kalman& kalman) {
   if (k == 5) kalman.reset_robot({random_mean(normal), random_covariance(normal)});
 }
 
-constexpr std::array kCopied{0, 1, 3, 4, 5, 6};  // of the pose: x, y, orientation
+constexpr std::array kCopied{0, 1, 3, 4, 5, 6};  // indices of the pose: x, y, orientation
 
 /// The pose after a step (z is 0), taken at the end from a copy in the state, which all later measurements
 /// update.

@@ -92,8 +92,8 @@ Room::Room() : walls_{{-3.4F, -4.8F, 0}, {3.6F, 6.2F, 3}} {
 Room::Surface Room::nearest(const Eigen::Vector3f& origin, const Eigen::Vector3f& direction) const {
   const Eigen::Vector3f inverse =
       direction.unaryExpr([](float d) { return 1 / (std::abs(d) < 1e-9F ? 1e-9F : d); });
-  // Distances to the planes through a box's sides: first those through which the ray enters, then those
-  // through which it leaves.
+  // Distances to the planes through a box's sides: first the planes through which the ray enters, then
+  // the planes through which it leaves.
   const auto sides = [&](const Box& box) {
     const Eigen::Vector3f low = (box.low - origin).cwiseProduct(inverse),
                           high = (box.high - origin).cwiseProduct(inverse);

@@ -44,7 +44,7 @@ class Room {
   std::vector<std::vector<cv::Mat>> textures_;  // [surface][level], one texel 1 cm · 2^level
 };
 
-/// A walk along a circle, always looking along its tangent, and what the sensors measure of it.
+/// A walk along a circle, always looking along its tangent, and the sensor readings of it.
 struct Walk {
   double radius_m = 0.75, duration_s = 28, stand_s = 0.5;
   double turns = 1;  ///< rounds of the circle, walked in duration_s

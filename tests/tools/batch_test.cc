@@ -58,7 +58,7 @@ TEST_F(BatchTest, AReplayGivesTheSameBytesAndAcceptsAnotherScenarioOfTheSameWalk
   EXPECT_THAT(other.err, Has("other.yaml: walk.commands is"));
 }
 
-// In a container the program that starts a batch is often process 1.
+// In a container, the program that starts a batch is often process 1.
 TEST_F(BatchTest, RunsWhereTheBatchIsTheFirstProcess) {
   if (shell("unshare --user --pid --fork true").exit_code != 0) GTEST_SKIP() << "no namespaces here";
   shell("unshare --user --pid --fork " GAITSLAM_PROGRAM
@@ -92,7 +92,8 @@ TEST_F(BatchTest, CachedRunsHaveTheSameBytesAndShareARecordingAcrossSensorErrors
 TEST_F(BatchTest, SeedsAreRecordedInParallelAndOnlyIfMissing) {
   EXPECT_THAT(ok("record stand.yaml --seeds 1,2 --jobs 2"), Has("seed 2: recorded, completed"));
   EXPECT_THAT(ok("record stand.yaml --seeds 1..3"), Has("seed 1: was in the cache", "seed 3: recorded"));
-  write("suites/ci.yaml", "seeds: 1..2\nscenarios: [{scenario: ../stand.yaml, gate: {plan_drift_x_m: {}}}]\n");
+  write("suites/ci.yaml",
+        "seeds: 1..2\nscenarios: [{scenario: ../stand.yaml, gate: {plan_drift_x_m: {}}}]\n");
   ok("baseline update suites/ci.yaml --reason first --out made --jobs 2");
   EXPECT_THAT(ok("regress suites/ci.yaml --out again --jobs 2 --cached"),
               AllOf(Has("2 seeds paired", "IDENTICAL"), Lacks("SAME")));

@@ -1,4 +1,4 @@
-// Headless Chromium for scripts that use a page as a reader would. Only 127.0.0.1 can be reached.
+// Headless Chromium for scripts that use a page like a reader. Only 127.0.0.1 can be reached.
 const {spawn} = require('child_process');
 const fs = require('fs');
 

@@ -42,7 +42,7 @@ TEST_F(Cli, CodecsAndOpenGLAreNotLoadedBeforeTheyAreNeeded) {
     EXPECT_THAT(loaded, Lacks(library));
 }
 
-// In a source tree with stand-ins for both programs.
+// Uses a source tree with stand-ins for both programs.
 TEST_F(Cli, TheLauncherBuildsTheRunnerForItsCommandsAndTheWholeProgramForTheRestAndTheView) {
   write("tools/gaitslam", sim::files::read_text(kSources + "/tools/gaitslam"));
   for (const char* source : {"CMakeLists.txt", "CMakePresets.json", "walking/x", "slam/x", "sim/x"})
@@ -58,7 +58,7 @@ TEST_F(Cli, TheLauncherBuildsTheRunnerForItsCommandsAndTheWholeProgramForTheRest
   const std::string of_runner = " " + commands("'" GAITSLAM_RUNNER "'");
   std::istringstream names(commands(GAITSLAM_PROGRAM));
   for (std::string name; names >> name;) {
-    if (name == "help") continue;  // it is in both
+    if (name == "help") continue;  // both programs have it
     const bool in_runner = std::regex_search(of_runner, std::regex("[ \n]" + name + "[ \n]"));
     for (const std::string& typed : {name, "help " + name})
       EXPECT_EQ(shell("tools/gaitslam " + typed).out, in_runner ? "runner\n" : "whole\n") << typed;

@@ -91,7 +91,7 @@ class CommandLine : public testing::Test {
   }
 
   /// Copies results of `run walk.yaml --seeds 1..3` into `to`. They are made once for all tests of a build;
-  /// the program itself makes them again if the scenario, the models or the program differ.
+  /// the program makes them again if the scenario, the models or the program change.
   void short_walks(const std::string& to, const std::string& seeds = "1") const {
     write("walk.yaml", kShortWalk);
     shell("program='" GAITSLAM_PROGRAM "' to='" + to + "' seeds='" + seeds +

@@ -234,7 +234,7 @@ TEST_F(ExternalEstimator, EvaluateRunsAProgramOnSeveralRecordings) {
   const auto evaluated = json_in("e/walk/seed-1/score.json"), metrics = evaluated["metrics"];
   EXPECT_EQ(json_in("e/walk/seed-1/about.json")["alignment"], "none");
   EXPECT_EQ(evaluated["estimator"], "plan_alone_external");
-  const auto timing = json_in("e/walk/seed-1/timing.json");  // of the whole command
+  const auto timing = json_in("e/walk/seed-1/timing.json");  // times of the whole command
   EXPECT_GT(timing["frame_cpu_ms_mean"], 0);
   EXPECT_FALSE(timing.contains("frame_cpu_ms_median"));
   EXPECT_EQ(metrics["tracked_fraction"]["value"], 1);
@@ -272,7 +272,7 @@ TEST_F(ExternalEstimator, EvaluateReadsCovariancesAppliesLimitsAndStatesTheCover
   EXPECT_EQ(gaitslam(evaluate).exit_code, 3);
   EXPECT_EQ(text_of("e/walk/seed-1/trajectory.txt"), "no trajectory\n") << "kept, though it was rejected";
   write("late.sh", "grep -v '#' r/seed-1/truth.tum | tr ' ' , > $1\n");
-  EXPECT_THAT(gaitslam(evaluate).ends(3).err, Has("no header names the columns that commas separate"));
+  EXPECT_THAT(gaitslam(evaluate).ends(3).err, Has("no header names the comma-separated columns"));
   ok(evaluate + " --columns 't[s] x y z qx qy qz qw'");
   write("late.sh", "grep -v '#' r/seed-1/truth.tum | awk '{$1 = NR - 1} 1' > $1\n");
   EXPECT_THAT(gaitslam(evaluate).ends(3).err, Has("its stamps are whole numbers, like frame numbers"));

@@ -1,4 +1,4 @@
-// A run exported in another program's format and replayed as a third-party recording.
+// A run exported in the format of another program and replayed as a third-party recording.
 #include "tests/tools/command_line.h"
 
 namespace tests {

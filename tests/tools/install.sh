@@ -31,7 +31,7 @@ PATH=$place/usr/bin:$PATH bash -c '
 # Checks the plan against the furniture; this needs the models.
 usr/bin/gaitslam check usr/share/gaitslam/scenarios/tangent_circle.yaml
 
-# The package depends on the libraries that it links and on those that it loads at run time.
+# The package depends on the libraries that it links and on the ones that it loads at run time.
 (cd "$build" && cpack -G DEB -B "$place/package" >"$place/log") || { cat "$place/log" >&2; exit 1; }
 depends=$(dpkg-deb -f package/gaitslam_*.deb Depends)
 for library in libmujoco libopencv-core libopencv-imgcodecs libosmesa6; do

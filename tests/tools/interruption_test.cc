@@ -1,5 +1,5 @@
 // Interrupted and repeated commands: old results stay until new ones are complete, and a rerun resumes. Only
-// folders that gaitslam made are replaced.
+// folders created by gaitslam are replaced.
 #include "tests/tools/command_line.h"
 
 namespace tests {
@@ -51,7 +51,7 @@ TEST_F(Interruption, SeedsAreAddedOnlyToThoseWithTheSameSettings) {
         "h/seed-1: exists, but world.floor_friction is 0.15 there and 0.2 here; --force replaces it, "
         "--out names another folder");
   ok(slippery + "seed=8 --out h --force");
-  EXPECT_EQ(seeds(), 1u) << "those with the same settings";
+  EXPECT_EQ(seeds(), 1u) << "seeds with the same settings";
   EXPECT_THAT(ok(slippery + "--seeds 2,9 --out h --force"), Has("walk, 3 seeds\n"));
   EXPECT_THAT(text_of("h/seed-1/scenario.yaml"), Lacks("floor_friction: 0.2")) << "it was not named";
 }

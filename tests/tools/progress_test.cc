@@ -74,7 +74,7 @@ TEST_F(Progress, IsNotShownForBriefQuietInnerOrChildWork) {
     for (const double part : {0.5, 0.2}) line.show(part);
     std::this_thread::sleep_for(330ms);
   }
-  EXPECT_DOUBLE_EQ(cli::part_in(folder_ / "part"), 0.5) << "it never runs backwards";
+  EXPECT_DOUBLE_EQ(cli::part_in(folder_ / "part"), 0.5) << "it never runs backward";
   const cli::ProgressLine outer("outer", {.silent = true});
   EXPECT_EQ(shown({.redraws = true, .first = 0ms}), "");
 }

@@ -42,7 +42,7 @@ def sources_below(*folders):
 
 
 def cycle(texts):
-    """Units (X.h with X.cc) that need each other in a circle."""
+    """Units (X.h with X.cc) with circular dependencies."""
     needs = {}
     for file, text in texts.items():
         headers = {name.rpartition('.')[0] for name in includes(text) if name.endswith('.h')}
@@ -133,7 +133,7 @@ class JavaScript(unittest.TestCase):
 
 
 class RecordingSources(unittest.TestCase):
-    """Which changes of sources make recordings stale, by the hash that the build computes."""
+    """Tests which source changes make recordings stale, using the hash computed by the build."""
 
     def setUp(self):
         place = tempfile.TemporaryDirectory()
@@ -144,7 +144,7 @@ class RecordingSources(unittest.TestCase):
             shutil.copytree(ROOT / folder, self.copy / folder)
 
     def hash(self):
-        """The generated source's line of the hash; empty if the build step fails."""
+        """Returns the generated source's line with the hash, or '' if the build step fails."""
         out = self.copy / 'revision.cc'
         made = subprocess.run([CMAKE, f'-DSOURCE={self.copy}', f'-DOUTPUT={out}', '-P', ROOT / 'tools/cli/revision.cmake'],
                               check=False, capture_output=True)

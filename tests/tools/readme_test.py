@@ -1,5 +1,5 @@
-# Runs the commands of all documents as they stand, with a walk of one step in place of each scenario. Commands that take long,
-# wait for input or need a cluster are only parsed, and with them the rest of their block. Usage: readme_test.py PROGRAM
+# Runs the commands of all documents as they stand, with a walk of one step in place of each scenario. Commands that take
+# long, wait for input or need a cluster are only parsed, as is the rest of their block. Usage: readme_test.py PROGRAM
 import pathlib
 import re
 import subprocess

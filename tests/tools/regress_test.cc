@@ -175,7 +175,7 @@ TEST_F(Regress, CompareRefusesDifferentScenariosUnlessAskedTo) {
        {"compare dark a", "camera."},
        {"compare a/walk/seed-1 longer/walk/seed-1", "--across compares different scenarios"},
        {"compare a named", "a/walk contains the scenario walk, but named/walk contains other; --across"}});
-  EXPECT_EQ(gaitslam("compare a tuned").exit_code, 1) << "a change of the filter is what is compared";
+  EXPECT_EQ(gaitslam("compare a tuned").exit_code, 1) << "a change of the filter is compared";
   for (const char* other : {"longer", "named"}) {
     EXPECT_THAT(gaitslam(std::string("compare --across a ") + other).ends(1).out,
                 ContainsRegex("rmse_m .* FAIL"));

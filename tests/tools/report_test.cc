@@ -41,7 +41,7 @@ TEST_F(ReportTest, EveryFigureOfARunIsDrawnWithoutANetwork) {
   EXPECT_THAT(drawn("bare.html", 3), Has("<td class=\"good\">passed</td>"));
 }
 
-// A folder of scenarios with folders of seeds, as a suite writes it.
+// A folder of scenarios with folders of seeds, as written by a suite.
 TEST_F(ReportTest, AFolderOfScenariosIsGroupedByScenario) {
   short_walks("suite/walk", "1 2");
   for (const std::string seed : {"seed-1", "seed-2"})
@@ -110,7 +110,7 @@ TEST_F(ReportTest, StillPicturesAppearTogetherAndHaveColors) {
   short_walks("two");
   ok("report two/seed-1 --plots svg --out figures");
   EXPECT_THAT(text_of("figures/error_x.svg"), Has("</svg>"));
-  for (const char* color : {"#d55e00", "#0072b2", "#333"})  // of plan, estimate and truth
+  for (const char* color : {"#d55e00", "#0072b2", "#333"})  // colors of plan, estimate and truth
     EXPECT_THAT(text_of("figures/from_above.svg"), Has(color));
   EXPECT_EQ(gaitslam("report two/seed-1 --plots svg --out figures").exit_code, 2);
   ok("report two/seed-1 --plots svg --width-mm 88 --no-titles --out figures --force");
@@ -174,7 +174,7 @@ TEST_F(ReportTest, AFolderThatIsNotAResultIsReported) {
   for (const auto& [file, text, complaint] :
        {std::array{"frames.csv", "a,b\n1\n", ":2: expected 2 fields, found 1"},
         {"frames.csv", "a,a\n1,1\n", ":1: has a duplicate column 'a'"},
-        {"score.json", "{", ":1:2: is not JSON, or cut off here"}}) {
+        {"score.json", "{", ":1:2: is not JSON or is cut off here"}}) {
     write(std::string("two/seed-1/") + file, text);
     expect_refused("report two --out x.html", std::string(file) + complaint);
   }
@@ -217,7 +217,7 @@ TEST_F(LongReproduceTest, RunsAllExperimentsOnceAndContinuesWhereItWasStopped) {
   EXPECT_THAT(reproduce().ends(2).err, Has("out/vision_only/seed-3: exists, but "));
   reproduce("--out out --force").ends(0);
   EXPECT_EQ(made("tangent_circle"), walked) << "it was complete";
-  EXPECT_NE(made("vision_only"), replayed) << "its scenario is another";
+  EXPECT_NE(made("vision_only"), replayed) << "its scenario has changed";
   EXPECT_THAT(text_of("out/hall_paper/seed-3/depths.csv"), Has("probability"));
 }
 

@@ -48,7 +48,7 @@ def quaternion(axis_angle):
 
 
 def angle(R):
-    """By the chord |R - I| = 2 sqrt(2) sin(angle/2), and by the trace beyond a right angle."""
+    """Computed from the chord |R - I| = 2 sqrt(2) sin(angle/2), and from the trace beyond a right angle."""
     sine = np.linalg.norm(R - np.eye(3)) / (2 * math.sqrt(2))
     return 2 * math.asin(sine) if sine < 0.7 else math.acos(max(-1, (np.trace(R) - 1) / 2))
 
@@ -66,7 +66,7 @@ def pose(row):
 
 
 def yaw(R):
-    """The turn about z nearest to R: the trace of Rz(a)^T R is largest."""
+    """The turn about z nearest to R: maximizes the trace of Rz(a)^T R."""
     return math.atan2(R[1, 0] - R[0, 1], R[0, 0] + R[1, 1])
 
 
@@ -217,7 +217,7 @@ def check_score(program):
             for relation in few:
                 ran = run(program, a, b, *declared, "--align", alignment, "-r", relation, "--json")
                 name = f"{kind} {alignment} {relation}"
-                if S is None or kind == "point":  # a trajectory that does not move is an error of whoever wrote it
+                if S is None or kind == "point":  # a trajectory without motion is an error of its writer
                     check(name + " refused", ran.returncode, 2)
                     check(name + " reason in one line", ran.stderr.count("\n"), 1)
                     continue

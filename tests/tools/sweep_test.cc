@@ -90,10 +90,11 @@ TEST_F(SweepTest, WithForceItContinuesWhereTheSameSweepWasInterrupted) {
                          [](const json& score) { return score["values"]["rmse_m"] == 42; });
   };
   EXPECT_GE(taken_from_the_log(), 3);
-  EXPECT_EQ(taken_from_the_log(), 0) << "it was finished: all is done again";
+  EXPECT_EQ(taken_from_the_log(), 0) << "it was finished: everything is done again";
 }
 
-// The limit of one second kills the simulation of the long walk; the walk that goes far cannot be planned.
+// The limit of one second kills the simulation of the long walk; the walk with the long step cannot be
+// planned.
 TEST_F(SweepTest, ATrialThatKillsItsProcessOrCannotBeSimulatedIsLoggedAndTheOthersContinue) {
   ok("record walk.yaml");
   const Ran ran =
@@ -111,7 +112,7 @@ TEST_F(SweepTest, ATrialThatKillsItsProcessOrCannotBeSimulatedIsLoggedAndTheOthe
   EXPECT_EQ(scores[2]["ending"], "completed");
 }
 
-// The trials have the values of runs with the same settings, which replays of one recording would not have.
+// The trials have the values of runs with the same settings, unlike replays of a single recording.
 TEST_F(LongSweepTest, ATuningSimulatesAWalkSteeredByItsEstimateAnewForEachSetting) {
   write("steered.yaml",
         "walk: {commands: [{straight: {forward_m: 0.2, left_m: 0}}], steering: {by: estimate, final_steps: "

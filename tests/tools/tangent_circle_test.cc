@@ -6,7 +6,7 @@ namespace {
 
 using Folders = std::vector<fs::path>;
 
-// One batch of seeds of scenarios/suites/ci.yaml serves all tests of the process.
+// All tests of the process share one batch of seeds of scenarios/suites/ci.yaml.
 class TangentCircle : public CommandLine {
  protected:
   TangentCircle() {
@@ -19,7 +19,7 @@ class TangentCircle : public CommandLine {
   }
   static void TearDownTestSuite() { fs::remove_all(walks_); }
 
-  /// Replays all seeds at once with changes and returns their folders. exit_codes: those of all three
+  /// Replays all seeds at once with changes and returns their folders. exit_codes: of all three
   /// replays.
   Folders replay_all(const std::string& changes, const std::string& exit_codes) const {
     Folders folders;
@@ -48,7 +48,7 @@ class TangentCircle : public CommandLine {
       fs::temp_directory_path() / ("gaitslam tangent circle " + std::to_string(getpid()));
 };
 
-// The limits demand what only images can give. Whether the walks meet them is for the regression to judge.
+// The limits can only be met with images. The regression tests whether the walks meet them.
 TEST_F(TangentCircle, IsTrackedWorseWithoutVisionOrWithoutThePlanAndMissesItsLimitsWithoutImages) {
   const Folders whole{walks_ / "seed-1", walks_ / "seed-2", walks_ / "seed-3"};
   const auto sum = [&](const std::string& name) {

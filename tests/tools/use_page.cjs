@@ -11,7 +11,7 @@ const {say} = require('./browser.cjs');
 const isReady = () => document.documentElement?.dataset.ready === 'true';
 const hasModel = () => document.documentElement?.dataset.model === 'true';
 const hasEnded = () => document.documentElement?.dataset.ended === 'true';
-/// The head image is that of the displayed frame.
+/// The head image belongs to the displayed frame.
 const headIsShown = () => gaitslamPage.panes[0].headIndex === gaitslamPage.panes[0].index;
 const frameCount = () => gaitslamPage.panes[0].run.frames.length;
 const index = () => gaitslamPage.panes[0].index;
@@ -47,12 +47,12 @@ async function useLive(browser, url) {
   const moreThan = (count) => gaitslamPage.panes[0].run.frames.length > count + 3;
   await openView(browser, url);
   await browser.when(() => gaitslamPage.panes[0].index >= 0);
-  await browser.press('4', 52); // slowly: what follows takes a busy machine some time, and the walk is short
+  await browser.press('4', 52); // slowly: the next steps take time on a busy machine, and the walk is short
   const first = await look(browser);
   const isLater = (t) => gaitslamPage.player.t > t + 1 && gaitslamPage.scene.beliefs[0].ellipsoids.count > 5;
   await browser.when(isLater, first.t);
   const later = await look(browser);
-  // Looking back does not hold up the run; a page that is opened anew gets the past.
+  // Looking back does not delay the run; a newly opened page gets the past.
   await browser.call(goTo, 0);
   await browser.when(moreThan, await browser.call(frameCount));
   const back = await browser.call(time);
@@ -64,7 +64,7 @@ async function useLive(browser, url) {
     const [{run, series}] = gaitslamPage.panes;
     return {frame: run.frames[0].t, value: series.t[0], steps: run.landed.length};
   });
-  await browser.press('4', 52); // again: without a viewer the run went on at full speed
+  await browser.press('4', 52); // again: without a viewer the run continued at full speed
   await browser.rest(2000);
   await browser.press(' ', 32);
   await browser.when(() => document.documentElement.dataset.playing === 'false');
@@ -97,8 +97,8 @@ async function useLive(browser, url) {
   };
 }
 
-/// Correlation of the 3D view through the camera with the head image of the same instant and with that of 5 s
-/// before.
+/// Correlation of the 3D view through the camera with the head image of the same instant and of 5 s
+/// earlier.
 async function agreement(seconds) {
   const page = gaitslamPage,
     [pane] = page.panes,
@@ -246,7 +246,7 @@ async function useKeys(browser, url) {
   return {moved, playing: await browser.call(() => gaitslamPage.player.playing), said: browser.said};
 }
 
-/// What the figures show at several instants of the walk, both at the cursor and at its time.
+/// Returns the figures' values at several instants of the walk, both at the cursor and at its time.
 function valuesAt(count) {
   const {
       player,
@@ -264,7 +264,7 @@ function valuesAt(count) {
   });
 }
 
-/// The first landmark that the last frame searched for, and where the page shows its search.
+/// The first landmark that the last frame searched for, and the pixel at which the page shows its search.
 function lastSearch() {
   const {
     player,
@@ -278,7 +278,7 @@ function lastSearch() {
   return {id, x: left + scale * u, y: top + scale * v};
 }
 
-/// The picked landmark as the page describes it, and how often its run found, missed and rejected it.
+/// The page's description of the picked landmark, and how often its run found, missed and rejected it.
 function pickedIn(id) {
   const {landmarks, scene, panes} = gaitslamPage;
   const outcomes = panes[0].run.frames
@@ -289,7 +289,7 @@ function pickedIn(id) {
   return {id: landmarks.picked?.id, text: landmarks.text.textContent, marked: scene.mark.visible, counts};
 }
 
-/// Where the scene shows a landmark, seen through the camera.
+/// The pixel at which the scene shows a landmark, seen through the camera.
 function placeInScene(id) {
   const {scene} = gaitslamPage,
     [, p] = scene.beliefs[0].landmarks.find(([own]) => own === id);
@@ -338,7 +338,7 @@ async function readValues(browser, url, count) {
   return {at, zoomed, scrubbed, hidden, picked, wanted: last.id, said: browser.said};
 }
 
-/// What a page that compares runs shows.
+/// Returns the contents of a page that compares runs.
 function comparison() {
   const {player, panes, scene, moments} = gaitslamPage,
     all = (selector) => [...document.querySelectorAll(selector)];
@@ -505,7 +505,7 @@ function focused() {
   return {name: `${e.tagName.toLowerCase()} ${name}`, outline: getComputedStyle(e).outlineStyle};
 }
 
-/// The controls that the Tab key reaches, and those without a visible focus.
+/// The controls that the Tab key reaches, and the ones without a visible focus.
 async function walkThrough(browser) {
   const expected = await browser.call(reachable),
     reached = [],
@@ -552,7 +552,7 @@ async function point(browser) {
   return {before, under, zoomed, whole: await browser.call(see)};
 }
 
-/// What is wrong with the page on paper.
+/// Returns the defects of the printed page.
 function printed() {
   const all = (selector) =>
     [...document.querySelectorAll(selector)].filter((e) => e.getClientRects().length > 0);

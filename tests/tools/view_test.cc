@@ -38,9 +38,9 @@ TEST_F(ViewTest, TheLivePageShowsTheWalkAndObeysItsControls) {
   EXPECT_TRUE(found["space_changed"]);
   EXPECT_TRUE(found["head_changed"]);
   EXPECT_THAT(found["later"]["state"].get<std::string>(), Has("Filter: tracking"));
-  EXPECT_EQ(found["back"], 0) << "while the run goes on";
+  EXPECT_EQ(found["back"], 0) << "while the run continues";
   for (const char* const part : {"frame", "value"})
-    EXPECT_LT(found["past"][part], 0.2) << "a new page has the past";
+    EXPECT_LT(found["past"][part], 0.2) << "a new page shows the past";
   EXPECT_GT(found["past"]["steps"], 0);
   EXPECT_EQ(found["after"], 1) << "the end turns the page into a playback";
   EXPECT_EQ(found["paused_frames"], 0);
@@ -179,7 +179,8 @@ TEST_F(ViewTest, TwoRunsAreComparedInOneSceneAndTheirDivergenceIsMarked) {
   EXPECT_THAT(marked["heads"][1].get<std::string>(),
               AllOf(StartsWith("B: errors.faults="), Has("frames_lost")));
   EXPECT_NEAR(marked["t"], 0.7, 0.11) << "a key goes to the first mark";
-  EXPECT_EQ(found["beyond"]["value"], nullptr) << "a run that ended has no values while a longer one goes on";
+  EXPECT_EQ(found["beyond"]["value"], nullptr)
+      << "a run that ended has no values while a longer one continues";
   EXPECT_THAT(found["beyond"]["state"].get<std::string>(), StartsWith("The run ended at "));
   EXPECT_EQ(marked["shown"][0], marked["shown"][1]) << "both images at one instant";
   for (int run = 0; run < 2; ++run)

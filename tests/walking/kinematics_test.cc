@@ -10,7 +10,7 @@ TEST(InverseKinematics, StartFeetGiveTheStartJointsAndThePublishedAnklePosition)
   const BodySolution body = inverse_kinematics(kRobot, standing(), kRobot.posture);
   EXPECT_TRUE(body.left_reached && body.right_reached);
   EXPECT_LT((body.q - kRobot.posture).cwiseAbs().maxCoeff(), 1e-12);
-  EXPECT_NEAR(kRobot.sole_ahead, .0094903511, 1e-10);  // as published by others
+  EXPECT_NEAR(kRobot.sole_ahead, .0094903511, 1e-10);  // as published by third parties
   EXPECT_NEAR(kRobot.base_height, 0.105 + .5437018512, 1e-10);
   EXPECT_NEAR(kRobot.foot_spacing, 0.19, 1e-15);
 }
@@ -90,7 +90,8 @@ TEST(LegOdometry, ASoleThatLandsSettlesOnTheFloor) {
   readings.right.force.z() = 400;
   const Isometry3d before = legs.motion(readings.q).X_OB;
   legs.add(readings);
-  EXPECT_LT((legs.motion(readings.q).X_OB.matrix() - before.matrix()).norm(), 1e-4);  // the bush's deflection
+  // The bushing's deflection is smaller.
+  EXPECT_LT((legs.motion(readings.q).X_OB.matrix() - before.matrix()).norm(), 1e-4);
   EXPECT_GT(legs.motion(readings.q).p_OS.z(), 0.002);
   for (int tick = 0; tick < 220; ++tick) {
     const Isometry3d last = legs.motion(readings.q).X_OB;
@@ -131,7 +132,7 @@ TEST(LegOdometry, TheAnkleYieldsAccordingToItsStiffness) {
   EXPECT_LT((pitched.linear() - Eigen::AngleAxisd(0.01, Vector3d::UnitY()).toRotationMatrix()).norm(), 1e-12);
   EXPECT_LT((pitched * ankle - ankle).norm(), 1e-12) << "about the ankle";
   EXPECT_LT((given_way({30, 20, 0}, {0, 0, 0}).matrix() - Isometry3d::Identity().matrix()).norm(), 1e-12)
-      << "a force through the ankle turns nothing";
+      << "a force through the ankle causes no torque";
 }
 
 TEST(LegOdometry, ASoleTiltsOnItsPadsAboutItsMiddleAndBushAndPadsLag) {

@@ -176,11 +176,11 @@ TEST(SecondPreview, LeavesTheCartTableWithItsFeetAndHeadingAsItIs) {
 TEST(SecondPreview, StartsHalfSittingEvenIfTheModelsMassIsElsewhere) {
   const auto walk = with_second_preview([](const BodyMotion& motion) {
     BodyMomentum momentum = one_mass(motion);
-    momentum.com.y() += 0.00155;  // like that of the real robot
+    momentum.com.y() += 0.00155;  // like the real robot's
     return momentum;
   });
   EXPECT_LT((walk.front().com.head<2>() - kRobot.com.head<2>()).norm(), 1e-15);
-  EXPECT_LT(walk[1].com_acceleration.norm(), 0.1);  // m/s²; 0.56 if the offset came in at once
+  EXPECT_LT(walk[1].com_acceleration.norm(), 0.1);  // m/s²; 0.56 if the offset were applied at once
   EXPECT_NEAR(walk.back().com.y() - planned(two_steps()).back().com.y(), -0.00155, 1e-4);
 }
 

@@ -76,7 +76,7 @@ inline Robot hrp2_robot() {
 }
 
 /// A robot with oblique hip axes that do not meet, in the order pitch, roll, yaw and with different signs on
-/// the left and right, ankle axes that do not meet, and a waist joint among those of the legs.
+/// the left and right, ankle axes that do not meet, and a waist joint among the joints of the legs.
 inline Robot made_up_robot() {
   constexpr double kRad = std::numbers::pi / 180;
   Robot robot{.name = "made_up", .mass = 61.87, .com = {0.004, 0, 0.11}};

@@ -20,7 +20,7 @@ TEST(Attitude, FollowsATurnUsingTheGyro) {
     R = R * Eigen::AngleAxisd(rate.norm() * kPeriod, rate.normalized());
     attitude.update(rate, R.transpose() * (kGravity * kUp), kStill, kPeriod);
   }
-  // The correction sees the vertical one tick ahead of the gyro's: 4e-3 rad, times gain 0.15/s, over 0.5 s.
+  // The correction uses the vertical one tick ahead of the gyro's: 4e-3 rad, times gain 0.15/s, over 0.5 s.
   EXPECT_LT(angle_between(attitude.up(), R.transpose() * kUp), 5e-4);
   EXPECT_GT(angle_between(attitude.up(), kUp), 0.2);
 }

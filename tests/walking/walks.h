@@ -6,7 +6,7 @@
 
 namespace walking {
 
-inline const Robot kRobot = hrp2_robot();  ///< of all tests that do not say otherwise
+inline const Robot kRobot = hrp2_robot();  ///< robot of all tests that do not choose another
 
 inline constexpr double kDegree = std::numbers::pi / 180;
 

@@ -17,7 +17,7 @@ struct CheckRequest {
   scenario::Changes changes;
 };
 
-/// Reads the file and does everything that a run does before the robot walks; prints the first error.
+/// Reads the file and does everything that a run does before the robot walks. Prints the first error.
 bool is_valid(const std::string& file, const scenario::Changes& changes, const fs::path& models) {
   try {
     const auto read = scenario::read_scenario(file, changes);

@@ -116,9 +116,10 @@ int run_program(int argc, char** argv) {
 int main(int argc, char** argv) {
   // Fixed cache sizes make Eigen's blocking, and thus rounding, the same on every machine.
   Eigen::setCpuCacheSizes(32 << 10, 256 << 10, 8 << 20);
-  cv::setNumThreads(1);                 // --jobs sets the number of cores
-  std::signal(SIGXFSZ, SIG_IGN);        // a file at its size limit is then an error, as on a full disk
-  mallopt(M_MMAP_THRESHOLD, 64 << 20);  // reuses memory of pictures: remapping takes a fifth of a short run
+  cv::setNumThreads(1);           // --jobs sets the number of cores
+  std::signal(SIGXFSZ, SIG_IGN);  // a file at its size limit is then an error, as on a full disk
+  // Reuses memory of pictures, because mapping it again takes a fifth of a short run.
+  mallopt(M_MMAP_THRESHOLD, 64 << 20);
   try {
     const int exit_code = run_program(argc, argv);
     std::cout.flush();

@@ -41,7 +41,7 @@ constexpr std::array kFormats{
     VerdictFormat{"--markdown", "### gaitslam ", regression::markdown},
     VerdictFormat{"--json", "{\n  \"title\": \"gaitslam ", regression::verdicts_json}};
 
-/// Compares results with those of the same name in a baseline; they are NEW if it has none.
+/// Compares results with the results of the same name in a baseline; they are NEW if it has none.
 ScenarioVerdict verdict_of(const std::vector<ScenarioResults>& baseline, const ScenarioResults& now,
                            const std::vector<Gate>& gates) {
   const auto before = std::ranges::find(baseline, now.name, &ScenarioResults::name);
@@ -164,7 +164,7 @@ void add_suite_options(CLI::App& command, SuiteRequest& request) {
   add_out(command, request);
 }
 
-/// Returns the baseline file: --baseline, else <suite>.json in baselines/ next to the suite's folder.
+/// Returns the baseline file: --baseline, otherwise <suite>.json in baselines/ next to the suite's folder.
 fs::path baseline_file(const SuiteRequest& request) {
   if (request.baseline) return *request.baseline;
   return (request.suite.parent_path() / ".." / "baselines" / request.suite.stem())
@@ -386,8 +386,8 @@ void require_comparable(const Baseline& baseline, const SuiteRun& run, const Sui
   }
 }
 
-/// How many seeds of a suite run first. The others follow only if a gated metric of these has other bits than
-/// in the baseline, or a row does not pass.
+/// Number of seeds of a suite that run first. The others follow only if a gated metric differs from the
+/// baseline in any bit, or a row does not pass.
 constexpr std::size_t kFirstSeeds = 3;
 
 bool is_identical(const Comparison& comparison) {
@@ -503,8 +503,8 @@ struct BaselineRequest : SuiteRequest {
   bool dry_run = false;
 };
 
-/// Prints verdicts against the old baseline, whatever its configurations, and changes in the number of seeds.
-/// Returns an exit code that depends only on the limits, because an update is meant to change metrics.
+/// Prints verdicts against the old baseline, even if its configurations differ, and changes in the number of
+/// seeds. Returns an exit code that depends only on the limits, because an update is meant to change metrics.
 int show(const Baseline& before, const SuiteRun& run, const BaselineRequest& request,
          const std::string& file) {
   Comparison comparison =
@@ -605,7 +605,7 @@ void require_comparable(const Sets& before, const Sets& now, const CompareReques
                      request.before.string(), request.after.string());
 }
 
-/// Returns ", my_slam" if another estimator than the filter made the results, or "".
+/// Returns ", my_slam" if an estimator other than the filter made the results, or "".
 std::string estimators_of(const Sets& sets) {
   std::set<std::string> names;
   for (const ResultSet& set : sets) names.insert(set.scenario.estimator.name);

@@ -77,7 +77,7 @@ scenario::ReadScenario read_request(const ReplayRequest& request) {
   const fs::path own = request.result / "scenario.yaml";
   if (!fs::exists(own))
     throw UsageError(
-        "{}: is no result, expected a folder with scenario.yaml and recording/, or one in the "
+        "{}: is not a result, expected a folder with scenario.yaml and recording/, or one in the "
         "EuRoC/ASL layout (with mav0/)",
         request.result.string());
   const std::string file = request.scenario.value_or(own.string());

@@ -32,7 +32,7 @@ constexpr double kPx_mm = 25.4 / 96, kHeight = 5 / 12.0, kEqualHeight = 7 / 9.0;
 struct ReportRequest : OutRequest {
   std::vector<std::string> results;
   std::string plots;               ///< format of the plots; empty: a page
-  double width_mm = 720 * kPx_mm;  ///< of plots
+  double width_mm = 720 * kPx_mm;  ///< width of plots
   bool no_titles = false;
   std::optional<std::string> table;  ///< a file
   std::vector<std::string> metrics;

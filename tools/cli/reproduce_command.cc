@@ -37,7 +37,7 @@ std::vector<ResultJob> plan(const ReproduceRequest& request) {
   return all;
 }
 
-/// Runs the unfinished jobs that simulate, or those that replay; returns whether each one now has a result.
+/// Runs the unfinished jobs that simulate, or that replay; returns whether each one now has a result.
 bool run_jobs(std::vector<ResultJob> jobs, bool replay, const ReproduceRequest& request,
               const OutFolder& out) {
   std::erase_if(jobs, [&](const ResultJob& job) { return job.recording.has_value() != replay; });

@@ -61,7 +61,7 @@ int run_one(const scenario::ReadScenario& read, const RunRequest& request, const
     const auto show = [&](double part) { progress.show(part); };
     const int threads =
         request.jobs.value_or(request.batch.parent ? 1 : 2);  // one of several processes has one core
-    // Measured times are not repeatable, so no replay could reproduce the run that they influenced.
+    // Measured times are not repeatable, so no replay could reproduce a run that depends on them.
     const bool measured = read.scenario.estimator_time.model == scenario::TimeModel::measured;
     outcome = request.cached && !measured
                   ? run_cached(read, place, show)

@@ -125,7 +125,7 @@ void add_score(CLI::App& app, int& exit_code) {
   command
       .add_option(
           "--turn-body", r.turn_deg,
-          "turn from the truth's to the estimate's body that is taken off: rotation vector X,Y,Z in deg")
+          "rotation from the truth's to the estimate's body, to be removed: rotation vector X,Y,Z in deg")
       ->delimiter(',')
       ->expected(3);
   auto& pairing = r.options.pairing;

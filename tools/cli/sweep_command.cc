@@ -246,8 +246,8 @@ struct TuneRequest : OutRequest {
   Backend backend;
 };
 
-/// Makes the spec's missing recordings and sets the folders of those in the cache. They are marked as in use
-/// while the returned objects live.
+/// Makes the spec's missing recordings and sets the folders of the recordings in the cache, which are marked
+/// as in use while the returned objects live.
 std::vector<recording::CachedRecording> cached_recordings(trials::Spec& spec, const fs::path& models,
                                                           const Backend& backend) {
   std::vector<trials::SpecRun*> runs;

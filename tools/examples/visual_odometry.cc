@@ -30,7 +30,7 @@ using Pose = cv::Affine3d;
 constexpr int kMostTracks = 400, kFewestPoints = 12;
 constexpr double kApart_px = 6;  // between corners
 constexpr double kForwardBackward_px = 0.5;
-constexpr double kResidual_px = 1;  // of a static point
+constexpr double kResidual_px = 1;  // limit for a static point
 constexpr int64_t kSameTime_ns = 1000000;
 
 Pose pose_of(const gaitslam_pose& X) {
@@ -43,10 +43,10 @@ struct Track {
   cv::Point2f pixel;
   cv::Point2d ray;
   std::optional<cv::Point3d> p_W = {};
-  double weight = 0;  // of p_W
+  double weight = 0;  // weight of p_W
 };
 
-/// Returns rays; the equidistant lens is within a fifth of a pixel of the actual lens, whatever its model.
+/// Returns rays; the equidistant lens is within a fifth of a pixel of the actual lens of any model.
 std::vector<cv::Point2d> rays(const gaitslam_lens& equidistant, const std::vector<cv::Point2f>& pixels) {
   std::vector<cv::Point2d> all(pixels.begin(), pixels.end());
   const double *f = equidistant.focal_px, *center = equidistant.center_px;
@@ -129,7 +129,7 @@ SecondEye second_eye(const std::string& options, const gaitslam_sensors& sensors
 
 class VisualOdometry {
  public:
-  std::string failure;  ///< of the last observation
+  std::string failure;  ///< cause for the last observation
 
   VisualOdometry(const gaitslam_start& start, const gaitslam_sensors& sensors, const std::string& options)
       : lens_(sensors.cameras[0].equidistant),

@@ -233,7 +233,7 @@ function pathOfPart({x, y, low, high, role, dots, thin}, at) {
   return svgElement('path', {class: `${kind} ${role}`, d: (dots ? dotsOf : pathOf)(x, y, at)});
 }
 
-/// An empty drawing with its axes as attributes for Figure, and an inner one that clips the lines.
+/// Returns an empty drawing, with its axes as attributes for Figure, and an inner one that clips lines.
 function frameOf(title, overTime, width, height, [x, y]) {
   const place = {x: kLeft, y: kTop, width: width - kLeft - kRight, height: height - kTop - kBottom};
   const attributes = {'data-x': x, 'data-y': y, 'data-over-time': overTime ? 'yes' : 'no'};

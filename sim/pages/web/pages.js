@@ -5,7 +5,7 @@ import {Figure, drawn, follow} from './figures.js';
 
 const all = (selector, within = document) => [...within.querySelectorAll(selector)];
 
-/// Counts the visible figures and those that have been drawn, for tests of the page.
+/// Counts the visible and the drawn figures, for tests of the page.
 function count() {
   const figures = all('[data-figure]').filter((figure) => !figure.closest('[hidden]')),
     {dataset} = document.documentElement;

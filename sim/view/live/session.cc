@@ -87,7 +87,7 @@ ShownRun shown_run(const scenario::Scenario& scenario, const std::shared_ptr<cam
     run.camera = camera::camera_model(*scenario.camera);
     const std::vector<Eigen::Isometry3d> places(scenario.rig.size(), Eigen::Isometry3d::Identity());
     run.rig = rig::calibrated(scenario.rig, *run.camera, scenario.camera->rate_hz, scenario.camera->readout_s,
-                              places);  // which the page does not need
+                              places);  // not needed by the page
   } else {
     run.missing.emplace_back("No head images: the scenario has no camera.");
   }
@@ -95,7 +95,8 @@ ShownRun shown_run(const scenario::Scenario& scenario, const std::shared_ptr<cam
   return run;
 }
 
-/// The view of a run. A frame waits from its stamp until its image has been drawn and used by the filter.
+/// The view of a run. Frames wait from their stamps until their images have been drawn and used by the
+/// filter.
 class LiveSession : public ViewSession {
  public:
   LiveSession(const ViewRequest& request, const scenario::ReadScenario& read, const fs::path& models)
@@ -151,7 +152,7 @@ class LiveSession : public ViewSession {
   LiveView view_;
 };
 
-constexpr int kDensity = 2;  // pictures are drawn this many times as dense, for smooth edges
+constexpr int kDensity = 2;  // pictures are drawn at this many times the resolution, for smooth edges
 constexpr double kFocal_px = 620;
 const Pinhole kView{.width_px = kDensity * kPanelWidth,
                     .height_px = kDensity * kPanelHeight,

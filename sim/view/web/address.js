@@ -2,7 +2,7 @@
 
 const kLeast_ms = 250; // browsers ignore more frequent changes
 
-/// What the URL states. t: NaN if it has no time; strips: hidden figures, null if not stated.
+/// The contents of the URL. t: NaN if it has no time; strips: hidden figures, null if not stated.
 export function readAddress() {
   const values = new URLSearchParams(location.hash.slice(1));
   const list = (name) => (values.get(name) ?? '').split(',').filter(Boolean);
@@ -17,7 +17,7 @@ export function readAddress() {
   };
 }
 
-/// Returns a function that soon writes what values() returns at that time: by name, without empty ones.
+/// Returns a function that writes the result of values() to the URL after a short delay; omits empty ones.
 export function addressWriter(values) {
   let timer = null;
   const write = () => {

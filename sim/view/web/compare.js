@@ -6,8 +6,8 @@ import {withLength} from './source.js';
 const kSensors = ['vision', 'gyro', 'plan_velocity', 'height'],
   kHalf_s = 0.5;
 
-/// The values of a run's frames as columns, in order of time; NaN: unknown. The names are those of Series in
-/// site.h.
+/// The values of a run's frames as columns, in chronological order; NaN: unknown. The names are defined by
+/// Series in site.h.
 export class Series {
   constructor(names, columns) {
     this.names = names;
@@ -163,8 +163,8 @@ export function figures(runs, marks, hidden) {
     });
 }
 
-/// The distance of each estimate from the truth and, for several runs, how much larger the second run's is
-/// than the first's. Null without errors.
+/// The distance of each estimate from the truth and, for several runs, the second run's distance minus the
+/// first's. Null without errors.
 export function timeLine(runs, marks, width) {
   const lines = runs
     .map(({name, role, series}) => ({name: full(name, 'error'), role, x: series.t, y: series.distance}))
@@ -201,8 +201,8 @@ const kLongest_s = 1,
 const outcomes = (frame) => new Map((frame.searches ?? []).map((search) => [search[0], search[6]]));
 const between = (p, q) => Math.hypot(p[0] - q[0], p[1] - q[1], p[2] - q[2]);
 
-/// The landmarks of two maps that are each other's nearest and within a decimeter, as a map from the number
-/// in a to the number in b. Landmark numbers of different runs are unrelated.
+/// Landmarks of two maps that are nearest to each other and within 0.1 m, as a map from the number in a to
+/// the number in b. Landmark numbers of different runs are unrelated.
 export function matched(a, b) {
   const nearest = ([, p], others) =>
     others.reduce(
@@ -218,7 +218,7 @@ export function matched(a, b) {
 }
 const apart = (p, q) => p && q && between(p, q) > kSame_m;
 
-/// The times at which the second run differs from the first: [{t, kind, text}]. Landmarks and estimates are
+/// The times at which the second run starts to differ: [{t, kind, text}]. Landmarks and estimates are
 /// compared if both used one recording.
 export function partings([a, b]) {
   const found = [],

@@ -1,4 +1,4 @@
-// The landmark that the reader picked, and the landmarks that runs have in common.
+// The landmark picked by the reader, and the landmarks that runs have in common.
 import {element} from '../../pages/web/dom.js';
 import {matched} from './compare.js';
 

@@ -16,7 +16,7 @@ const kViews = [
   ['head', 'through the camera']
 ];
 
-/// What the runs of a page have in common.
+/// Properties shared by all runs of a page.
 export function titleOf(runs) {
   const [{label, scenario, seed}] = runs;
   if (runs.length === 1) return label;
@@ -47,7 +47,7 @@ export function layerLegend(panes, toggle) {
   );
 }
 
-/// The table of what differs between the runs, as sent by the program. go(t): goes to a row's worst instant.
+/// The table of differences between the runs, as sent by the program. go(t): goes to a row's worst instant.
 export function changesTable({titles, rows}, panes, go) {
   const role = (i) => (panes[i - 1] ? `role-${panes[i - 1].role}` : '');
   const title = (text, t) => (t === null ? text : button(text, 'go to its worst instant', () => go(t)));
@@ -77,7 +77,7 @@ export function changesTable({titles, rows}, panes, go) {
   );
 }
 
-/// The controls below the scene. page: what they act on.
+/// The controls below the scene. page: the object they act on.
 export function controls(page) {
   const {player, scene} = page;
   const all = {

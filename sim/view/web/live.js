@@ -1,9 +1,9 @@
-// Follows a run as it goes on.
+// Follows a live run.
 import {Series} from './compare.js';
 import {drawnOnce, loadPictures} from './model.js';
 import {listen} from './source.js';
 
-/// What the program's messages do.
+/// Handlers of the program's messages.
 const kMessages = {
   past: (page, {frames}) => frames.forEach((frame) => page.panes[0].run.append(frame)),
   series(page, {names, from, rows}) {

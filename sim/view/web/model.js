@@ -1,9 +1,9 @@
-// Loads the room's textures, for which the first picture of the scene does not wait.
+// Loads the room's textures. The first picture of the scene does not wait for them.
 import {getBlob, picture} from './source.js';
 
 const kPause_ms = 100;
 
-/// Waits until the browser has displayed what was drawn.
+/// Waits until the browser has displayed the last drawing.
 export const drawnOnce = () =>
   new Promise((resolve) => {
     requestAnimationFrame(() => setTimeout(resolve));

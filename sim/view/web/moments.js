@@ -3,8 +3,8 @@ import {button, element} from '../../pages/web/dom.js';
 
 const kNear_s = 0.005;
 
-/// The events of the runs; those that several runs have at the same time are one, without names if all have
-/// it.
+/// The events of the runs. Events of several runs at the same time are merged, without names if all runs
+/// have them.
 function eventsOf(panes) {
   const events = new Map();
   for (const {name, run} of panes) {
@@ -32,7 +32,7 @@ export class Moments {
     this.list();
   }
 
-  /// Lists the events and the partings again.
+  /// Updates the list of events and of times at which runs differ.
   list() {
     this.marks = [...this.partings, ...eventsOf(this.panes)].sort((a, b) => a.t - b.t);
     this.element.replaceChildren(...this.marks.map((mark) => this.buttonOf(mark)));
@@ -45,7 +45,7 @@ export class Moments {
     });
   }
 
-  /// step > 0: goes to the mark after a time; otherwise to the one before it.
+  /// step > 0: goes to the mark after a time; otherwise to the previous one.
   jump(t, step) {
     const times = this.marks.map((mark) => mark.t);
     const next = step > 0 ? times.find((at) => at > t + kNear_s) : times.findLast((at) => at < t - kNear_s);

@@ -102,7 +102,7 @@ export class Pane {
         .filter((near) => this.run.frames[near]?.stored_image)
         .map((near) => this.images.at(near).catch(() => null));
       image = await stored;
-      if (this.index !== index) return; // another image is shown by now
+      if (this.index !== index) return; // a different image is shown by now
     }
     this.image = image;
     this.headIndex = index;

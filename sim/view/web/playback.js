@@ -4,11 +4,11 @@ import {readAddress} from './address.js';
 import {drawnOnce, loadPictures} from './model.js';
 import {getBytes, getJson} from './source.js';
 
-/// Requests what the first picture needs.
+/// Requests the data for the first picture.
 export const firstFiles = (runs) =>
   runs.map((_, i) => ({series: getBytes(`/series/${i}`), frames: getJson(`/frames/${i}/0`)}));
 
-/// Adds a piece of some seconds of each run that has it.
+/// Adds a piece of a few seconds from each run that has it.
 async function appendPiece(panes, piece, first) {
   const append = async ({run}, i) => {
     if (piece >= run.about.pieces) return;

@@ -3,9 +3,9 @@
 const kFast = 5; // at full speed, the browser draws every fifth frame of a finished run
 
 export class Player {
-  /// panes: the runs; the first one has the frames that are stepped through. live: the run goes on. control:
-  /// it can be paused. show(t): displays a time; said(): play or pause changed; moved(): the reader went to a
-  /// time.
+  /// panes: the runs; the first one has the frames that are stepped through. live: the run is in progress.
+  /// control: it can be paused. show(t): displays a time; said(): play or pause changed; moved(): the reader
+  /// went to a time.
   constructor(panes, {live, control}, {show, said, moved}) {
     this.panes = panes;
     this.live = live;
@@ -30,7 +30,7 @@ export class Player {
     return Math.max(0, this.run.indexAt(this.t));
   }
 
-  /// The frame that many frames later, or the first or last one.
+  /// The frame that many `frames` later, clamped to the first or last one.
   frameAfter(frames) {
     return this.run.frames[Math.min(Math.max(this.index + frames, 0), this.run.frames.length - 1)];
   }
@@ -106,7 +106,7 @@ export class Player {
     if (this.live) this.send({op: 'speed', factor: speed});
   }
 
-  /// What was received of a live run that has ended can be played.
+  /// Makes the received part of a live run playable after its end.
   end() {
     this.live = this.playing = false;
     this.speed = 1;

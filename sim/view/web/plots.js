@@ -21,8 +21,8 @@ export class Plots {
     new ResizeObserver(resized).observe(document.body);
   }
 
-  /// Draws the figures; keepsZoom: as far as the present ones show. A figure under the mouse is not redrawn
-  /// unless that is asked for.
+  /// Draws the figures; keepsZoom: over the range now shown. A figure under the mouse is redrawn only on
+  /// request.
   draw({marks = this.marks, keepsZoom = true, isAsked = false} = {}) {
     this.marks = marks;
     const runs = this.panes.filter(({series}) => series);

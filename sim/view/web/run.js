@@ -1,4 +1,4 @@
-// A run as the page knows it: its frames, and what is derived from one frame to the next.
+// A run in the page: its frames, and quantities derived from consecutive frames.
 //
 // A frame: t (s); truth, plan, estimate: poses of the camera [x, y, z, qx, qy, qz, qw]; bodies: such poses of
 // the robot's bodies, one after another; ellipsoid: rows of the matrix that maps the unit sphere to the

@@ -95,7 +95,7 @@ const surface = () =>
 
 const glass = (opacity) => Object.assign(surface(), {transparent: true, opacity, depthWrite: false});
 
-/// What a filter believes: its path, its camera with the 3-sigma ellipsoid enlarged ten times, a line to the
+/// A filter's estimate: its path, its camera with the 3-sigma ellipsoid enlarged ten times, a line to the
 /// truth, and its map.
 class Belief {
   constructor(run, role, mapRole, showsTruth) {
@@ -122,7 +122,7 @@ class Belief {
     this.group.add(...this.objects, this.map);
   }
 
-  /// Room for that many landmarks.
+  /// Reserves space for that many landmarks.
   reserve(count) {
     if (count <= this.ellipsoids?.instanceMatrix.count) return;
     const capacity = 2 ** Math.ceil(Math.log2(count));
@@ -271,7 +271,7 @@ export class Scene {
     this.frustum = frustum('truth', camera);
     this.landed = new GrowingLine('landed', THREE.LineSegments);
     this.planned = new GrowingLine('plan', THREE.LineSegments);
-    this.walk = new THREE.Group(); // the walk of the first run and of those on the same recording
+    this.walk = new THREE.Group(); // the walk of the first run and of other runs on the same recording
     this.walk.add(
       ...[...Object.values(this.paths), this.landed, this.planned].map(({object}) => object),
       this.frustum

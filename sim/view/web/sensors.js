@@ -1,4 +1,4 @@
-// The head camera's image with the filter's searches, and the robot's further cameras and lidars.
+// The head camera's image with the filter's searches, and the robot's additional cameras and lidars.
 import {choice, color, element} from '../../pages/web/dom.js';
 import {kOutcomes} from './run.js';
 import {Stored, picture} from './source.js';
@@ -37,7 +37,7 @@ export class HeadView {
     }
     context.translate(0.5, 0.5);
     for (const [i, {frame, role, picked}] of runs.entries()) {
-      // So that the first ones remain visible behind the last one.
+      // Thicker lines first, so that they remain visible behind later ones.
       context.lineWidth = 1.2 + 1.8 * (runs.length - 1 - i);
       for (const search of frame.searches ?? []) this.search(search, runs.length > 1 ? color(role) : null);
       const marked = picked !== null && frame.searches?.find(([id]) => id === picked);
@@ -114,10 +114,10 @@ async function depths(blob) {
   return {width, height, mm: new Uint16Array(buffer, 8)};
 }
 
-// Of lidars.
+// Options for coloring lidar points.
 const kColoring = {height: {low: 0, high: 2.5, unit: 'm'}, intensity: {low: 0, high: 1, unit: ''}};
 
-/// A further camera or lidar: shows what it measured at the displayed frame, while its switch is on.
+/// An additional camera or lidar: shows its reading at the displayed frame while its switch is on.
 export class RigLayer {
   constructor(run, sensor, number, scene) {
     const isLidar = sensor.kind === 'lidar',

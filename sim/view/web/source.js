@@ -12,8 +12,8 @@ export const getJson = async (path) => (await get(path)).json();
 export const getBytes = async (path) => (await get(path)).arrayBuffer();
 export const getBlob = async (path) => (await get(path)).blob();
 
-/// Returns the JSON at the start of a buffer from the program, where its length precedes it, and the offset
-/// of its end.
+/// Returns the JSON at the start of a buffer from the program (after its length) and the offset of its
+/// end.
 export function withLength(buffer) {
   const length = new DataView(buffer).getUint32(0, true);
   return [JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, length))), 4 + length];

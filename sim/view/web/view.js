@@ -15,7 +15,7 @@ import {Scene} from './scene.js';
 import {RigLayer} from './sensors.js';
 import {getBytes, getJson} from './source.js';
 
-const kRoles = ['estimate', 'second', 'third', 'first']; // of the runs
+const kRoles = ['estimate', 'second', 'third', 'first']; // roles of the runs
 const kLetters = 'ABCD'; // names of the runs if there are several
 const kPerSecond = 30; // frames that an arrow with shift moves
 const kKeys =
@@ -163,7 +163,7 @@ class Page {
     };
   }
 
-  /// Shows what the URL states. Returns whether it has a time.
+  /// Applies the contents of the URL. Returns whether it has a time.
   goToAddress() {
     const {t, view, hide, strips, split, zoom} = readAddress();
     for (const name of hide) if (this.scene.layers[name]) this.setLayer(name, false);
@@ -178,7 +178,7 @@ class Page {
     return Number.isFinite(t);
   }
 
-  /// What a key does, if anything.
+  /// Returns the action of a key, if any.
   actionOf({key, shiftKey}) {
     const {player, moments} = this,
       frames = shiftKey ? kPerSecond : 1;

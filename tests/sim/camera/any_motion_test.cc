@@ -1,4 +1,4 @@
-// The filter on head motions that no robot of the bench makes, rendered without physics.
+// Tests the filter on head motions that no robot of the bench makes, rendered without physics.
 #include "sim/camera/head_camera.h"
 #include "sim/score/trajectory.h"
 #include "slam/filter.h"
@@ -10,10 +10,11 @@ namespace {
 using Eigen::AngleAxisd, Eigen::Isometry3d, Eigen::Vector3d;
 using std::chrono::milliseconds;
 
-constexpr double kGyroSigma_rad_s = 0.01, kForceSigma_m_s2 = 0.05;  // of 5 ms readings, as the filter assumes
+// Noise of 5 ms readings, as assumed by the filter.
+constexpr double kGyroSigma_rad_s = 0.01, kForceSigma_m_s2 = 0.05;
 
-/// X_WC at t (s) of a head that moves along a circle like that of a G1-like robot at 0.8 m/s with strides at
-/// 1.25 Hz: image roll of ±4°, bounce of 13 mm, accelerations up to 7 m/s². It starts at 0.3 m/s.
+/// X_WC at t (s) of a head that moves along a circle like a G1-like robot's at 0.8 m/s with strides at 1.25
+/// Hz: image roll of ±4°, bounce of 13 mm, accelerations up to 7 m/s². It starts at 0.3 m/s.
 Isometry3d head_at(double t, double down_rad) {
   const double stride = 2 * std::numbers::pi * 1.25 * t;
   const auto wave = [&](double harmonic, double size) { return size * std::sin(harmonic * stride); };
@@ -49,7 +50,7 @@ class Played {
 
   Isometry3d X_WC(milliseconds t) const { return head_at(1e-3 * t.count(), down_rad_); }
 
-  /// The frame at t and what was measured since the last one.
+  /// The frame at t and the readings since the last one.
   slam::Observation observe(milliseconds t) {
     slam::Observation observation;
     observation.t = t;
@@ -104,7 +105,7 @@ class Played {
 
 struct Result {
   int bad_frames = 0;  ///< lost, or with a suspect sensor
-  double error_m = 0;  ///< of the position, after 2.5 s and 1.8 m
+  double error_m = 0;  ///< error of the position, after 2.5 s and 1.8 m
   double ate_m = 0;    ///< after SE(3) alignment
 };
 
@@ -139,7 +140,7 @@ Result track(double down_deg, double exposure_s, Change change) {
   return result;
 }
 
-/// Leg odometry of that motion with the errors that loaded contact points cause on such a robot: distances
+/// Leg odometry of that motion with errors as caused by loaded contact points on such a robot: distances
 /// ahead are 0.9 % too long, heights are too large by 0.6 % of the distance, and the sway is 2 % too small.
 slam::LegMotion legs_at(const slam::Observation& observation, double down_deg, std::mt19937& random) {
   std::normal_distribution<double> noise(0, 1e-4);

@@ -168,7 +168,7 @@ TEST(RecentMotion, InterpolatesLinearlyAndTurnsTheShortWay) {
   EXPECT_NEAR(2 * std::atan2(q[6], q[3]), 0.145, 1e-12);
   EXPECT_NEAR(motion.at(0.009, *model)[0], 4.5, 1e-12);
   EXPECT_NEAR(motion.at(0.1, *model)[0], 4.5, 1e-12);  // nothing later is known
-  EXPECT_NEAR(motion.at(0.0, *model)[0], 2.5, 0.51);   // motion older than it keeps is gone
+  EXPECT_NEAR(motion.at(0.0, *model)[0], 2.5, 0.51);   // motion older than its limit is no longer kept
 }
 
 // The robot in its reference posture, at a place in the room and with a yaw.
@@ -187,8 +187,8 @@ Eigen::Isometry3d pose_in_world(const mjModel& model, const RecentMotion& motion
          rig::camera_from_forward_left_up().inverse();
 }
 
-// Compares each pixel's depth with the analytic surface on its ray. Pixels are left out where their neighbors
-// meet another surface, on round surfaces (which are drawn with 20 sides), and on the robot's own arms. In
+// Compares each pixel's depth with the analytic surface on its ray. Pixels are skipped if their neighbors are
+// on another surface, on round surfaces (which are drawn with 20 sides), and on the robot's own arms. In
 // the creases between the faces of a box, a pixel's neighbors are on one surface but not on one plane.
 void expect_exact_depth(const std::string& room, const CameraOptions& options, const rig::Mount& mount,
                         Channels channels) {
@@ -248,7 +248,7 @@ TEST(DepthCamera, IsAccurateWithAnotherLensInAnotherPlace) {
   expect_exact_depth("hall", options, mount, Channels::rgb);
 }
 
-// Both cameras draw, so that neither inherits the state of the other.
+// Draws with both cameras, so that neither can inherit the other's state.
 TEST(RightEye, DrawsTheSamePicturesWithTheLeftEyesTexturesAsWithItsOwn) {
   const Model model = load_model(robot_file(), "office", models());
   rig::Mount right;

@@ -9,7 +9,7 @@ namespace {
 using Eigen::Vector3d;
 using std::chrono::milliseconds, std::chrono::nanoseconds;
 
-// A robot that goes forward, sways, turns and shakes its head at the speeds of a brisk walk.
+// A robot that walks forward, sways, turns and shakes its head at the speeds of a brisk walk.
 class LidarOfAWalk {
  public:
   explicit LidarOfAWalk(const std::string& room, rig::Lidar options = {})
@@ -99,7 +99,7 @@ TEST(Lidar, EachPointOfAMovingRobotLiesOnTheRoomAsSeenAtItsTimeAndGlassReturnsNo
 }
 
 // MuJoCo casts these rays on the robot's shapes, too. In half a millisecond, a limb moves by less than a
-// millimeter, but by several times that along rays that graze it.
+// millimeter, but a ray that grazes it changes in length by several times as much.
 TEST(Lidar, SeesOtherLinksOfTheRobotButNotItsOwn) {
   rig::Lidar down;
   down.lowest_rad = -1.5, down.highest_rad = -0.9;

@@ -59,14 +59,14 @@ class DrawnRobot : public testing::Test {
   PosedRobot robot_{robot_file(), "office", models()};
 };
 
-// The physics knows fewer shapes than the drawing, but the same bodies.
+// The physics model has fewer shapes than the drawn one, but the same bodies.
 TEST_F(DrawnRobot, HasItsBodiesWhereThePlantHasThem) {
   const World world = standing({}, kSomewhere);
   const std::vector<std::string>& names = robot_.bodies();
   const std::vector<float> plant = body_poses(*world.model(), *world.data(), names),
                            drawn = robot_.poses({world.X_WB(), half_sitting()});
   EXPECT_GE(names.size(), 29u);
-  for (const std::string& body : names)  // float, and bushes that carry no weight yet
+  for (const std::string& body : names)  // float, and bushings that carry no weight yet
     EXPECT_TRUE(pose(plant, body).isApprox(pose(drawn, body), 1e-5)) << body;
   EXPECT_TRUE(pose(drawn, "BODY").isApprox(world.X_WB(), 1e-6));
   EXPECT_THROW(body_poses(*world.model(), *world.data(), {"TAIL"}), std::invalid_argument);

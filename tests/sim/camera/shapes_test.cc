@@ -113,7 +113,7 @@ Lamps lamps(const std::string& lights) {
 }
 
 // Computed by hand: 0.2 of the headlight, 0.1 ambient, 0.5 cos(60 degrees) of the lamp. The lamp from below
-// adds nothing, nor does the part of the headlight that would move with the head.
+// adds nothing, and neither does the part of the headlight that would move with the head.
 TEST(Lamps, ASurfaceIsLitByTheLampsInFrontOfIt) {
   const Lamps two = lamps(
       "<light directional='true' dir='-0.8660254 0 -0.5' ambient='0.1 0.1 0.1' diffuse='0.5 0.4 0.3'/>"
@@ -204,7 +204,7 @@ TEST(Scene, GrayIsTheBrightnessOfTheColorsWithinTwoLevels) {
       EXPECT_LE(cv::norm(found, expected, cv::NORM_INF), 2) << yaw << " " << light;
       cv::Scalar mean, contrast;
       cv::meanStdDev(found, mean, contrast);
-      EXPECT_GT(contrast[0], light * 10) << "there is something to compare";
+      EXPECT_GT(contrast[0], light * 10) << "the comparison is not empty";
     }
 }
 

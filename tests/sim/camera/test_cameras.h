@@ -7,7 +7,7 @@
 
 namespace sim::camera {
 
-/// A robot that is nothing but a flying head camera, in a room with the given geoms.
+/// A robot that consists only of a flying head camera, in a room with the given geoms.
 inline physics::Model head_in(const std::string& room) {
   return physics::small_model(
       "<visual><headlight ambient='1 1 1' diffuse='0 0 0' specular='0 0 0'/></visual><worldbody>" + room +

@@ -1,5 +1,5 @@
 /* A walking controller that holds the start posture until it misbehaves at its third sensor
- * message, or later by the option "after"; the option "fault" says how. */
+ * message, or later with the option "after"; the option "fault" selects the fault. */
 #include <math.h>
 
 #define GAITSLAM_WALKER_MAIN

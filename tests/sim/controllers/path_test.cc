@@ -10,7 +10,7 @@ using walking::FootPose;
 constexpr Velocity kLargest{0.5, 0.2, 1};
 constexpr double kTick = 0.005;
 
-/// Where commands end, computed from their geometry independently of how the path is integrated.
+/// The ends of commands, computed from their geometry without integrating the path.
 TEST(Path, EndsWhereItsCommandsLead) {
   for (const auto& [commands, end] : std::vector<std::pair<std::vector<walking::Command>, FootPose>>{
            {{walking::Straight{2, 0.5}}, {{2, 0.5}, 0}},

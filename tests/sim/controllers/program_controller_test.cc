@@ -1,4 +1,4 @@
-// External walking controllers: what they receive, and what becomes of faulty ones.
+// External walking controllers: their input, and the handling of faulty ones.
 #include "sim/controllers/program_controller.h"
 
 #include "tests/sim/files/temporary_folder.h"
@@ -78,7 +78,7 @@ TEST(ProgramController, CommandsServosAtItsRateAndClipsAngles) {
   EXPECT_EQ(controller.clipped(), 1U);
   EXPECT_EQ(commands.gains->kp, Eigen::Vector2d(100, 100));
   walk(controller, 2);
-  EXPECT_EQ(controller.clipped(), 2U) << "asked at ticks 0 and 2";
+  EXPECT_EQ(controller.clipped(), 2U) << "requested at ticks 0 and 2";
   EXPECT_THAT(controller.finish(), StartsWith("gaitslam: 2 commanded angles were beyond the range"));
 }
 

@@ -5,7 +5,7 @@
 namespace sim::estimators {
 namespace {
 
-/// The number at a byte of a message, as any language reads it.
+/// The number at a byte offset of a message, read as any language would.
 template <class Number>
 Number at(const std::string& message, std::size_t byte) {
   Number number;

@@ -1,6 +1,6 @@
-/* An estimator that answers with the start pose until it misbehaves: argument 1 names how, argument 2 is the
- * number of the message (0 for the start, 1 for the first observation). With argument 3, "header", it runs as
- * a program made by gaitslam_estimator.h. */
+/* An estimator that answers with the start pose until it misbehaves: argument 1 names the fault, argument 2
+ * is the number of the message (0 for the start, 1 for the first observation). With argument 3, "header", it
+ * runs as a program made by gaitslam_estimator.h. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -15,7 +15,7 @@ static const char* behavior = "";
 static const char* planned_behavior = "";
 static int when = 0, message = -1;
 static gaitslam_start start;
-static uint32_t value_count = 0; /* of a reading of the body */
+static uint32_t value_count = 0; /* values in a reading of the body */
 
 static int is(const char* name) { return strcmp(behavior, name) == 0; }
 static void next_message(void) { behavior = ++message == when ? planned_behavior : ""; }
@@ -33,7 +33,7 @@ static void give_header(uint32_t type, uint64_t bytes) {
   give(&header, sizeof header);
 }
 
-/* Before the answer. */
+/* Misbehaves before the answer. */
 static void misbehave(void) {
   int i;
   if (is("crash")) abort();

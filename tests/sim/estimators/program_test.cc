@@ -1,4 +1,4 @@
-// External programs give answers, or failures with a clear cause.
+// Tests that external programs give answers, or failures with a clear cause.
 #include "sim/tracking/tracking.h"
 #include "tests/sim/scenario/test_scenarios.h"
 
@@ -58,7 +58,7 @@ TEST(Program, AFailureNamesTheEstimatorAndItsCause) {
   }
 }
 
-// An extra answer that comes after the next observation was sent looks like an answer without a new pose.
+// An extra answer that arrives after the next observation was sent looks like an answer without a new pose.
 TEST(Program, AnExtraAnswerNeverPassesHoweverLateItIs) {
   for (const char* message : {"3", "6"})
     EXPECT_THAT(track_program("twice_later", message).failed.value_or(""),

@@ -1,5 +1,5 @@
 // Exports of a short run, with and without a rig: numpy, OpenCV and npm's readers compare them with files
-// that need no reader of this project.
+// that are read without this project's code.
 #include "sim/export/export.h"
 
 #include <sys/wait.h>
@@ -26,7 +26,8 @@ slam::CameraIntrinsics head_camera() {
 /// The sensors of the rig.
 enum Sensor { kEye, kColor, kDepth, kLidar, kImu };
 
-/// Writes the input of the filter to files that need no reader of this project, images as raw bytes.
+/// Writes the input of the filter to files that are read without this project's code, with images as raw
+/// bytes.
 class Expected {
  public:
   explicit Expected(const fs::path& folder) : folder_(folder) { fs::create_directories(folder); }
@@ -132,7 +133,7 @@ class Exported : public testing::Test {
   }
 
   // Feet at the time of the frame; two readings of joints and forces since the previous frame. The links are
-  // those of the last reading.
+  // posed by the last reading.
   static void add_body(recording::RecordingWriter& writer, const Expected& expected, Stamp t,
                        sensor_errors::Random& random) {
     recording::TrueFeet feet;
@@ -180,7 +181,7 @@ class Exported : public testing::Test {
     return out;
   }
 
-  /// Runs a command. Returns what it printed, with its exit code if that is not 0.
+  /// Runs a command. Returns its output, with its exit code if that is not 0.
   std::string run_command(const std::string& command) const {
     const fs::path output = folder_ / "output";
     const int status = std::system((command + " > '" + output.string() + "' 2>&1").c_str());
@@ -357,7 +358,7 @@ struct RigExport : Exported {
 
 const Eigen::Isometry3d kBackwards(Eigen::AngleAxisd(std::numbers::pi, Eigen::Vector3d::UnitY()));
 
-// The color camera and the second eye look back; depth is that of the head camera, with another focal length.
+// The color camera and the second eye look back; depth is the head camera's, with a different focal length.
 struct RigThatLooksBack : RigExport {
   RigThatLooksBack()
       : RigExport([](Rig& rig) {
@@ -370,7 +371,7 @@ struct RigThatLooksBack : RigExport {
 
 TEST_F(RigThatLooksBack, PairsDepthWithTheHeadCameraStatesItsFocalLengthAndPromisesNoStereo) {
   const fs::path tum = made("tum");
-  EXPECT_THAT(warnings_, HasSubstr("no color camera sees what depth0 sees: rgb/ has the images of cam0"));
+  EXPECT_THAT(warnings_, HasSubstr("no color camera shares the view of depth0: rgb/ has the images of cam0"));
   const cv::FileStorage settings(tum / "settings.yaml", cv::FileStorage::READ);
   const std::string focal = fmt::format("focal lengths {0} and {0} px", settings["Camera1.fx"].real());
   EXPECT_EQ(settings["Camera1.fx"].real(), Undistortion(head_camera()).pinhole().fu_px);
@@ -381,11 +382,11 @@ TEST_F(RigThatLooksBack, PairsDepthWithTheHeadCameraStatesItsFocalLengthAndPromi
                                           {"openvins", "estimator_config.yaml", "use_stereo: true"}}) {
     warnings_.clear();
     EXPECT_THAT(files::read_text(made(format) / file), testing::Not(HasSubstr(key)));
-    EXPECT_THAT(warnings_, HasSubstr("right_eye sees 0 % of what the head camera sees")) << format;
+    EXPECT_THAT(warnings_, HasSubstr("right_eye sees 0 % of the head camera's view")) << format;
   }
 }
 
-// The eye is turned into a second color camera.
+// Turns the eye into a second color camera.
 TEST_F(RigExport, DepthBelongsToTheColorCameraItIsAlignedWithOrElseToTheOneThatSeesMostOfIt) {
   for (const auto& [aligned_with, first_looks_back, second_looks_back, expected] :
        {std::tuple("right_eye", true, true, "right_eye"),
@@ -415,7 +416,7 @@ void expect_pose(const cv::Mat& T, const Eigen::Isometry3d& X) {
   for (int i = 0; i < 16; ++i) EXPECT_NEAR(T.at<float>(i), X(i / 4, i % 4), 1e-6);
 }
 
-double density(double sigma) { return sigma * std::sqrt(0.005); }  // of a 5 ms reading
+double density(double sigma) { return sigma * std::sqrt(0.005); }  // from sigma of a 5 ms reading
 
 TEST_F(RigExport, EverySensorIsReadBackByNumpyFfmpegAndTheMcapProjectsReader) {
   if (!reader_missing().empty()) GTEST_SKIP() << reader_missing();
@@ -449,15 +450,15 @@ TEST_F(RigExport, OrbSlam3StereoSettingsHaveTheKeysThatItsReaderRequires) {
     expect_pose(settings["IMU.T_b_c1"].mat(), X_GC_);
     EXPECT_DOUBLE_EQ(settings["IMU.NoiseGyro"].real(), density(run_.errors.gyro.sigma));
     EXPECT_DOUBLE_EQ(settings["IMU.NoiseAcc"].real(), density(run_.errors.accelerometer.sigma));
-    EXPECT_GE(fs::file_size(folder_ / "orbslam3/times_stereo.txt"), 5 * 20u);  // of a stamp
+    EXPECT_GE(fs::file_size(folder_ / "orbslam3/times_stereo.txt"), 5 * 20u);  // bytes of a line
   }
 }
 
-// Clocks ahead of the head camera's.
+// Time by which each clock is ahead of the head camera's.
 struct RigWithClocks : RigExport {
   RigWithClocks()
       : RigExport([](Rig& rig) { rig[kEye].time_offset_s = -0.01, rig[kImu].time_offset_s = 0.02; }) {
-    run_.errors.motion_time_offset_s = 0.004;  // of the chest IMU
+    run_.errors.motion_time_offset_s = 0.004;  // offset of the chest IMU
   }
 };
 

@@ -138,7 +138,7 @@ TEST(Publish, FlushesWhatWasWrittenRenamesItFlushesTheNameAndOnlyThenRemovesTheO
   EXPECT_EQ(order_of(make), "wsrfu");
 }
 
-// First without a folder, then with that of an earlier run, which has its name or is .result.old.
+// First without a folder, then with an earlier run's folder, which has its name or is .result.old.
 TEST(AtomicFolder, WhenKilledAtAnySystemCallLeavesACompleteResult) {
   for (const bool replaces : {false, true}) {
     const TemporaryFolder folder;

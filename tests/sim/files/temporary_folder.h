@@ -1,5 +1,5 @@
-// Helpers of tests: a temporary folder, the error of a call, the permissions of a user, and matchers for
-// several texts.
+// Test helpers: a temporary folder, the error of a call, running without root's permissions, and
+// matchers for several texts.
 #pragma once
 
 #include <unistd.h>
@@ -39,7 +39,7 @@ class TemporaryFolder {
   std::filesystem::path path_;
 };
 
-/// Root has all permissions, so this continues as another user while the object lives.
+/// Runs as a user other than root while the object lives, because root has all permissions.
 class AsUser {
  public:
   AsUser() { EXPECT_TRUE(before_ != 0 || seteuid(kNobody) == 0); }

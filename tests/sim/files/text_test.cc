@@ -53,7 +53,7 @@ TEST(InputFile, IsRejectedAtOnceIfNotRegular) {
   }
 }
 
-// Like the pipe that a shell passes for <(...).
+// A pipe like the one that a shell passes for <(...).
 TEST(InputFile, MayBeAPipeOfThisProcessUpToTheLimit) {
   for (const std::uintmax_t most : {8u, 7u}) {
     int ends[2] = {};

@@ -20,12 +20,12 @@ class TrajectoryFileTest : public testing::Test {
   const TemporaryFolder folder_;
 };
 
-// The one error: the first row, what was expected, and a --columns to start from.
+// Expects the common error: the first row, the expected formats, and a --columns to start from.
 TEST_F(TrajectoryFileTest, WhatIsNotDeclaredIsRejectedWithItsFirstRowAndAStart) {
   const std::string row = "1403715273000000000,1,2,3,1,0,0,0\n";
   EXPECT_THAT(
       error_of([&] { read(row); }),
-      testing::MatchesRegex(".*poses.txt:1: no header names the columns that commas separate .*; the first "
+      testing::MatchesRegex(".*poses.txt:1: no header names the comma-separated columns .*; the first "
                             "row has 8 columns: 1403715273000000000,1,2,3,1,0,0,0; expected TUM .*: "
                             "--columns \"t.ns. x y z qw qx qy qz\""));
   expect_rejected("1 2 3 4\n",
@@ -38,13 +38,14 @@ TEST_F(TrajectoryFileTest, WhatIsNotDeclaredIsRejectedWithItsFirstRowAndAStart) 
   EXPECT_EQ(read_trajectory(folder_ / "m.csv", places).rows[0].X.translation(),
             Eigen::Vector3d(1.5, 2.5, 3.5));
   expect_rejected("1403636579763555584 1 2 3 0 0 0 1\n",
-                  ":1: a time of 1403636579763555584 in its unit is more than 9e9 s; the first row");
+                  ":1: the time 1403636579763555584 in its unit is more than 9e9 s; the first row");
   for (const auto& [header, why] : std::vector<std::pair<std::string, std::string>>{
-           {"# timestamp(s) lat(deg) lon(deg) alt(m)\n1 48 11 500\n", ":2: no column is the position"},
-           {"# timestamp lat lon alt qx qy qz qw\n1 48 11 500 0 0 0 1\n", ":2: no column is the position"},
+           {"# timestamp(s) lat(deg) lon(deg) alt(m)\n1 48 11 500\n", ":2: no column contains the position"},
+           {"# timestamp lat lon alt qx qy qz qw\n1 48 11 500 0 0 0 1\n",
+            ":2: no column contains the position"},
            {"Saved by my slam\n5 1 2 3 0 0 0 1\n", ":2: its header names 4 columns, its rows have 8"},
            {"# x y z qw qx qy qz\n5 1 2 3 1 0 0 0\n", ":2: its header names 7 columns, its rows have 8"},
-           {"x,y,z\n1,2,3\n", ":2: no column is the stamp"},
+           {"x,y,z\n1,2,3\n", ":2: no column contains the stamp"},
            {"timestamp,tx,ty,tz,qx,qy,qz,qw\n5,1,2,3,0,0,0,1\n",
             ":2: column \"timestamp\" has no unit, expected one of s, ms, us, ns"},
            {"t[h],x,y,z\n5,1,2,3\n",
@@ -160,7 +161,7 @@ TEST_F(TrajectoryFileTest, OnlyARepeatedLastStampIsDroppedWithAWarning) {
   const TrajectoryFile dropped = read(two + "2 5 0 0 0 0 0 1\n");
   EXPECT_EQ(dropped.rows.size(), 2u);
   EXPECT_EQ(dropped.rows[1].X.translation().x(), 0);
-  EXPECT_EQ(dropped.warning, "its last pose repeats the previous stamp and is left out");
+  EXPECT_EQ(dropped.warning, "its last pose repeats the previous stamp and is skipped");
   EXPECT_EQ(read(two).warning, std::nullopt);
   expect_rejected(two + "2 0 0 0 0 0 0 1\n3 0 0 0 0 0 0 1\n",
                   ":3:1: the stamp is not after the previous one");

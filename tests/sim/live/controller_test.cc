@@ -151,7 +151,7 @@ TEST_F(ControllerTest, NetworksOfTheExampleComputeLikePyTorchAndStandAndMarch) {
     const sim::recording::Truth truth = sim::recording::read_truth(folder_ / name / "recording");
     const auto start = sim::recording::RecordingReader(folder_ / name / "recording").setup().X_WC_start;
     EXPECT_LT((start.translation() - truth.camera.front().X.translation()).norm(), 0.01) << name;
-    int lifts = 0;  // of the left foot
+    int lifts = 0;  // number of lifts of the left foot
     bool was_up = false;
     for (const sim::recording::TrueFeet& feet : truth.feet) {
       const bool up = feet.left.load_n < 5;
@@ -163,7 +163,7 @@ TEST_F(ControllerTest, NetworksOfTheExampleComputeLikePyTorchAndStandAndMarch) {
     EXPECT_THAT(file(name, "score.json"), HasSubstr("the walk has no plan"));
     EXPECT_THAT(file(name, "feet.csv"), AllOf(HasSubstr(",left,support,"), Not(HasSubstr("put_down"))));
   }
-  // The path waits for a robot that marches in place, but its end stays where the commands end.
+  // The path waits for a robot that marches in place, but its end remains at the end of the commands.
   const auto outcome = run("steered", read(kG1, {program(recurrent), "walk.steering.by=truth",
                                                  "walk.commands=[{straight: {forward_m: 1}}]"}));
   EXPECT_EQ(outcome.ending, Ending::stopped) << outcome.cause;

@@ -11,7 +11,7 @@ using sim::scenario::Ending;
 using sim::scenario::ReadScenario;
 using testing::HasSubstr, testing::IsEmpty;
 
-// On the slippery floor, so that a few steps drift.
+// Walks on the slippery floor, so that a few steps suffice for a drift.
 constexpr const char* kWalk = R"(
 walk: {commands: [{stand: {duration_s: 0.5}}, {perpendicular_arc: {radius_m: 0.75, angle_deg: 60}}]}
 walk.single_support_s: 0.78
@@ -41,7 +41,7 @@ TEST_F(SteeredRunTest, SteeredByTheTruthTheRobotReachesTheEndOfTheUncorrectedPla
   EXPECT_FALSE(fs::exists(folder_ / "plan/corrected_steps.csv"));
   EXPECT_FALSE(fs::exists(folder_ / "plan/recording/truth/waist_desired.csv"));
   EXPECT_TRUE(fs::exists(folder_ / "truth/recording/truth/corrected_steps.csv"));
-  // The recording of the steered walk contains the path that the other walk plans, even while steps are
+  // The recording of the steered walk contains the path planned by the other walk, even while steps are
   // added.
   const auto rows = [](const std::string& csv) { return csv.substr(csv.find('\n')); };
   const std::string planned = rows(file("plan", "recording/truth/waist_plan.csv"));
@@ -73,8 +73,8 @@ TEST_F(SteeredRunTest, AnAnswerSteersOnlyAfterItsComputingTime) {
   EXPECT_NEAR(score("late", "budget_fraction_mean"), 1.8, 1e-9);
 }
 
-// plan_alone estimates what was planned: without a difference nothing is corrected, however the true robot
-// drifts. A steering that saw the truth would correct.
+// plan_alone returns the planned poses as its estimate: without a difference nothing is corrected, even if
+// the true robot drifts. Steering that used the truth would correct it.
 TEST_F(SteeredRunTest, SteeringSeesOnlyTheEstimate) {
   ASSERT_EQ(run("blind", read(kShortWalkInOffice, {"estimator=plan_alone", "world.floor_friction=0.08",
                                                    "walk.steering.dead_band_sigma=0"}))
@@ -171,8 +171,8 @@ ReadScenario without_filter(const fs::path& file) {
   return sim::scenario::read_scenario(file, {overrides, {"camera", "slam"}});
 }
 
-// One scenario per walk: those that differ only in filter, camera, sensor errors or limits walk alike. The
-// regression and the front page walk some of them.
+// One scenario per walk: scenarios that differ only in filter, camera, sensor errors or limits have the same
+// walk. The regression and the front page walk some of them.
 std::vector<fs::path> distinct_walks() {
   const std::set<std::string> elsewhere{"tangent_circle", "perpendicular_circle",
                                         "perpendicular_circle_steered", "hall", "slippery_laps"};
@@ -195,8 +195,8 @@ std::vector<fs::path> distinct_walks() {
 class LongWalks : public tests::RunFolder, public testing::WithParamInterface<fs::path> {};
 INSTANTIATE_TEST_SUITE_P(, LongWalks, testing::ValuesIn(distinct_walks()), sim::scenario::test_name);
 
-// A warning of MuJoCo (a buffer too small, a bad state) ends a walk as "failed". A scenario that asks its
-// filter to give up ("diverged") completes here without it.
+// A warning of MuJoCo (a buffer too small, a bad state) ends a walk as "failed". A scenario that requires
+// its filter to give up ("diverged") completes here without a filter.
 TEST_P(LongWalks, CompleteAndRaiseNoWarning) {
   const ReadScenario walk = without_filter(GetParam());
   const Outcome outcome = run("walk", walk);

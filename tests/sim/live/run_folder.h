@@ -1,4 +1,4 @@
-// Fixture of tests that walk short scenarios in a temporary folder.
+// Test fixture that walks short scenarios in a temporary folder.
 #pragma once
 
 #include "sim/live/run.h"

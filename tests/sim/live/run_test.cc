@@ -143,7 +143,7 @@ TEST_F(RunTest, AFallEndsTheRunWithACompleteFolderAndExitCodeThree) {
   EXPECT_TRUE(fs::exists(folder_ / "fall/recording/manifest.csv"));
 }
 
-// A robot that is put on the floor sinks into its pads and bushes, shaking at up to 10 m/s². That is over
+// A robot that is put on the floor sinks into its pads and bushings, shaking at up to 10 m/s². That is over
 // before t = 0. A standing robot sways by less than 0.05 m/s².
 TEST_F(RunTest, TheRecordingStartsAtRest) {
   for (const char* seed : {"seed=1", "seed=2", "seed=3"}) {

@@ -8,7 +8,7 @@ using namespace std::chrono_literals;
 
 std::chrono::milliseconds at(int i) { return std::chrono::milliseconds(5 * i); }
 
-// The readings of a body that turns back and forth, compared with its truth `lag` readings earlier.
+// Compares the readings of a body that turns back and forth with its truth `lag` readings earlier.
 live::InertialCheck turning(int lag) {
   const auto yaw = [](int i) { return 0.3 * std::sin(0.02 * std::max(0, i)); };
   live::InertialCheck check(recording::TrueMotion{});

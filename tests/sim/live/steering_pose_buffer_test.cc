@@ -54,7 +54,8 @@ TEST(PlaceEstimate, ABodyThatTiltsAboutItsFootDoesNotMoveTheFoot) {
   EXPECT_NEAR(place.estimated.yaw, 0, 1e-3);
 }
 
-/// Against central differences: the covariance of a place that depends on only one part of the pose error.
+/// Compares with central differences: the covariance of a place that depends on only one part of the pose
+/// error.
 TEST(PlaceEstimate, CovarianceMatchesThePoseError) {
   const slam::Estimate believed = estimate(1s, pose(0.3, 0.1, 1.3, 0.7, 0.2));
   constexpr double kStep = 1e-6;
@@ -75,7 +76,8 @@ TEST(PlaceEstimate, CovarianceMatchesThePoseError) {
     J << (after.position - before.position) / (2 * kStep), (after.yaw - before.yaw) / (2 * kStep);
     const Eigen::Matrix3d expected = J * J.transpose();
     const Eigen::Matrix3d found = place_estimate(one, planned()).covariance;
-    // The heading is that of the rotation about z nearest to a tilted one: equal to first order in the tilt.
+    // The heading is taken from the rotation about z nearest to a tilted one: equal to first order in the
+    // tilt.
     EXPECT_LT((found - expected).topLeftCorner(2, 2).norm(), 1e-6) << i;
     EXPECT_NEAR(found(2, 2), expected(2, 2), 0.1) << i;
   }

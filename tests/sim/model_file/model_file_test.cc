@@ -9,7 +9,7 @@ using files::error_of, files::TemporaryFolder;
 using testing::ElementsAre;
 using tests::Has, tests::Lacks;
 
-/// The schema of a small library, in the form that mj_printSchema writes.
+/// The schema of a small library, in the format of mj_printSchema.
 const Schema& schema() {
   static const Schema known(files::read_text(GAITSLAM_SOURCE_DIR "/tests/sim/model_file/schema.txt"));
   return known;
@@ -197,7 +197,7 @@ TEST(Urdf, EachFileAndScaleIsAMeshAndNoPackageTakesAnothersFile) {
   const std::string other = mesh("package://other/meshes/leg.stl");
   EXPECT_THAT(error_of([&] { files(arm + other); }),
               Has("robot.urdf:2: mesh filename: no folder above this file, or "
-                  "beside one, is the package 'other' with /meshes/leg.stl"));
+                  "inside one, is the package 'other' with /meshes/leg.stl"));
   EXPECT_THAT(files(arm + other, {{"other", folder / "hand"}}),
               ElementsAre("/arm/meshes/leg.stl", "/hand/meshes/leg.stl"));
 }

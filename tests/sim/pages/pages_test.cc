@@ -1,4 +1,4 @@
-// Tables, pages and the rows that they show.
+// Tables, pages and their rows.
 #include "sim/pages/pages.h"
 
 #include <nlohmann/json.hpp>
@@ -30,7 +30,8 @@ TEST(Html, ThePolicyAllowsTheScriptByItsHashAndNothingElse) {
   EXPECT_THAT(page, AllOf(Has("script-src 'sha256-" + base64(files::sha256(script)) + "';",
                               "default-src 'none';", "base-uri 'none'; form-action 'none'"),
                           Lacks("script-src 'unsafe-inline'")));
-  EXPECT_LT(page.find("Content-Security-Policy"), page.find("<title>")) << "it applies to what follows it";
+  EXPECT_LT(page.find("Content-Security-Policy"), page.find("<title>"))
+      << "it applies to everything after it";
 }
 
 TEST(Html, Base64GivesTheTestVectorsOfRfc4648) {
@@ -331,7 +332,7 @@ TEST(ResultRows, RunsWithAnotherEstimatorControllerRobotOrSettingAreNeverPooled)
         runs.push_back(run_by(estimator, error, {{"walk.controller", controller}, {"world.robot", robot}}));
   EXPECT_EQ(result_rows(runs).size(), 8u);
   EXPECT_EQ(result_rows(runs).back().robot, "g1");
-  EXPECT_EQ(result_rows(runs).back().setting, "") << "they have columns of their own";
+  EXPECT_EQ(result_rows(runs).back().setting, "") << "they have separate columns";
   EXPECT_THAT(runs_table(runs, TableFormat::markdown),
               StartsWith("| estimator | controller | robot | ATE [mm] |"));
   runs.push_back(runs.front());

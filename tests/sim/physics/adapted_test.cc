@@ -151,7 +151,7 @@ TEST_F(Adapted, WrongModelIsRejectedWithFileLineAndElement) {
 std::array<double, 2> extremes(const mjModel& m, const char* joint) {
   const Data data(mj_makeData(&m));
   std::array<double, 2> torques{};
-  for (const int sign : {-1, 1})  // of the torque
+  for (const int sign : {-1, 1})  // sign of the torque
     for (int i = 0; i < m.nu; ++i) {
       std::fill_n(data->ctrl, m.nu, 0);
       data->ctrl[i] = sign * std::copysign(1e9, m.actuator_gear[6 * i]);
@@ -161,7 +161,7 @@ std::array<double, 2> extremes(const mjModel& m, const char* joint) {
   return torques;
 }
 
-/// Compares what MuJoCo makes of a user's file itself with what the bench loads.
+/// Compares MuJoCo's own model of a user's file with the bench's.
 void expect_same(const mjModel& own, const RobotFile& file) {
   const Model adapted = load_mjcf(adapt(file).root, "the robot");
   const mjModel& m = *adapted;

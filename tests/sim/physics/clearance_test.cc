@@ -22,7 +22,7 @@ class Stander {
     return room_.at(robot_positions(room_.model(), pose).data());
   }
 
-  /// The object that the robot touches there; "" if none.
+  /// Returns the object that the robot touches there, or "".
   std::string object(double x, double y) {
     const Clearance clearance = at(x, y);
     return clearance.collision ? clearance.collision->object : "";
@@ -48,7 +48,7 @@ TEST(RoomClearance, WallsAreSolidAllAround) {
 }
 
 TEST(RoomClearance, NamesLinkAndObjectAndTellsWhere) {
-  const Clearance clearance = Stander("hall").at(0, -4.965);  // beside the right wall, y = -5.35
+  const Clearance clearance = Stander("hall").at(0, -4.965);  // next to the right wall, y = -5.35
   ASSERT_TRUE(clearance.collision.has_value());
   EXPECT_THAT(clearance.collision->link, StartsWith("RARM_LINK"));
   EXPECT_EQ(clearance.collision->object, "wall_right");

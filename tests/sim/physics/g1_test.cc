@@ -1,4 +1,4 @@
-// The G1-like robot: as light as published, and walking without force sensors at its ankles.
+// Tests that the G1-like robot has its published weight and walks without force sensors at its ankles.
 #include "sim/scenario/scenario.h"
 #include "tests/sim/physics/test_worlds.h"
 
@@ -50,7 +50,7 @@ TEST(G1, MeasuresItsWeightByTheTorquesOfItsLegs) {
   const walking::SensorReadings readings = world.leg_readings();
   EXPECT_NEAR(g1().robot.mass, 33.341, 0.001) << "as published";
   const double weight = g1().robot.mass * walking::kGravity;
-  // It is still sinking onto its pads and springs, so its weight is within 5 % of that at rest.
+  // It is still sinking onto its pads and springs, so its weight is within 5 % of its weight at rest.
   EXPECT_NEAR(readings.left.force.z() + readings.right.force.z(), weight, 0.05 * weight);
   EXPECT_NEAR(readings.left.force.z(), readings.right.force.z(), 0.1 * weight);
 }
@@ -61,7 +61,7 @@ TEST(G1, ServosWithoutStiffnessOnlyDampAtEachCommandAnew) {
   World world = standing(Models(file, "floor", models()));
   const walking::JointVector& q = g1().robot.posture;
   for (int k = 0; k < 2; ++k) world.command({q, walking::JointVector::Constant(q.size(), 0.5)});
-  EXPECT_EQ(world.data()->qfrc_applied[6], 1) << "of the joint after the base";
+  EXPECT_EQ(world.data()->qfrc_applied[6], 1) << "torque of the joint after the base";
 }
 
 TEST(G1, ATorqueNeverExceedsItsLimitAndIsReportedWhenItReachesIt) {

@@ -27,8 +27,8 @@ walking::BodyPose moved(const walking::BodyMotion& motion, double dt) {
   return pose;
 }
 
-// The linear momentum is the mass times the derivative of the center of mass; the angular momentum is that of
-// links that turn and move about it.
+// The linear momentum is the mass times the derivative of the center of mass; the angular momentum comes from
+// the links' rotation and motion about it.
 TEST(NominalBody, MomentumIsTheSumOverItsLinks) {
   const Model model = load_model(robot_file(), "floor", models());
   const Data before(mj_makeData(model.get())), after(mj_makeData(model.get()));

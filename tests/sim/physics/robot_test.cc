@@ -6,7 +6,7 @@
 namespace sim::physics {
 namespace {
 
-// The table of the tests was written from published numbers, independently of the model.
+// The tests' table was written from published numbers, independently of the model.
 TEST(ReadRobot, HasTheJointsSolesAndBushesOfThePublishedRobot) {
   const walking::Robot read = on_floor().robot, expected = walking::hrp2_robot();
   ASSERT_EQ(read.joints.size(), expected.joints.size());

@@ -1,4 +1,4 @@
-// Worlds and models for tests: a robot that stands, a robot that walks, a model of a few lines.
+// Worlds and models for tests: a standing robot, a walking robot, a model of a few lines.
 #pragma once
 
 #include <mujoco/mujoco.h>

@@ -106,7 +106,7 @@ TEST(World, EncodersTellWhereCameraAndImuAreWhileChestAndHeadMove) {
   EXPECT_FALSE(mounts.X_BC.isApprox(standing().mounts_by_encoders().X_BC, 0.01));
 }
 
-// While the chest turns and the head nods.
+// Tests this while the chest turns and the head nods.
 TEST(World, ReadingsOfAMovedImuAreInTheAxesOfTheChest) {
   rig::Mount turned, on_head;
   turned.yaw_rad = M_PI_2, turned.tilt_rad = 0.4;
@@ -201,7 +201,7 @@ TEST(World, EndsAsFailedOnAWarningOfMuJoCo) {
 
 using walking::walk_of;
 
-// HRP-2 itself drifts by a centimeter or two over 1 m, and by 0.1° (sd 0.7°) over twice this turn.
+// HRP-2 itself drifts by one or two centimeters over 1 m, and by 0.1° (sd 0.7°) over twice this turn.
 TEST(Walk, FollowsThePlanExceptForTheSlipOfItsFeet) {
   for (const auto& [command, turn, most_m] :
        {std::tuple<walking::Command, double, double>{walking::Straight{0.6, 0}, 0, 0.03},
@@ -255,7 +255,7 @@ TEST(Soles, PressEvenlyEnoughToResistYawAsAFlatSoleDoes) {
   const Vector2d middle = (world.X_WL() * Vector3d(0.015, 0, 0)).head<2>();
   for (const mjContact* c = d->contact; c < d->contact + d->ncon; ++c) {
     const Vector2d place(c->pos[0], c->pos[1]);
-    if (place.y() < 0) continue;  // of the right foot
+    if (place.y() < 0) continue;  // pads of the right foot
     load += d->efc_force[c->efc_address];
     moment += d->efc_force[c->efc_address] * (place - middle).norm();
   }
@@ -292,7 +292,7 @@ TEST(Soles, SlideWhereTheFloorIsSlippery) {
   EXPECT_GT(wet.X_WL().translation().x() - 0.0095, 0.02);
 }
 
-// On a floor at -0.3 m the waist of a standing robot is as low as that of a fallen robot on a floor at z = 0.
+// On a floor at -0.3 m, the waist of a standing robot is as low as a fallen robot's on a floor at z = 0.
 TEST(World, StandsOnTheRoomsOwnFloorWithItsFrictionWhereverThatIs) {
   const files::TemporaryFolder folder;
   files::write_text(

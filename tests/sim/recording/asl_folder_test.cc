@@ -10,7 +10,7 @@ namespace {
 namespace fs = std::filesystem;
 using slam::Stamp, testing::Contains, testing::ContainsRegex, testing::HasSubstr, testing::Not;
 
-// Like EuRoC's own files: CR LF, no line feed after the last line, stamps of the year 2014.
+// A folder like EuRoC's own: CR LF, no line feed after the last line, stamps of the year 2014.
 class RecordedElsewhere : public testing::Test {
  protected:
   RecordedElsewhere() {
@@ -83,7 +83,7 @@ TEST_F(RecordedElsewhere, LegOdometryDefinesTheStartIfThereIsNoPlan) {
   write("legs0/data.csv", recording_format::kLegHeader + "\n1403636579763555584" + pose + zeros + "\n");
   const AslFolder reader(folder_.path());
   const Eigen::Isometry3d start = reader.sensors().setup.X_WC_start;
-  EXPECT_EQ(start.translation(), Eigen::Vector3d(1, 2, 3)) << "heights are those of legs0";
+  EXPECT_EQ(start.translation(), Eigen::Vector3d(1, 2, 3)) << "heights are taken from legs0";
   EXPECT_EQ(start.linear().col(0), Eigen::Vector3d::UnitY());
   EXPECT_TRUE(reader.truth().camera[0].X.isApprox(start, 1e-12));
 }
@@ -217,7 +217,7 @@ TEST_F(RecordedElsewhere, StampsInTwoColumnsAreReadByTheirNames) {
   EXPECT_EQ(reader.next().value().gyro.at(0).begin, Stamp{-15000192});
   edit("imu0/data.csv", "header.stamp.secs,header.stamp.nsecs", "a,b");
   EXPECT_THAT(complaint(),
-              HasSubstr("imu0/data.csv:2: no column is the stamp; the first row has 5 columns: "));
+              HasSubstr("imu0/data.csv:2: no column contains the stamp; the first row has 5 columns: "));
 }
 
 TEST_F(RecordedElsewhere, AGyroWhoseClockUnitOrAxesDifferFromTheTruthIsReportedBeforeTheFirstFrame) {

@@ -60,7 +60,7 @@ TEST_F(CacheTest, ARecordingIsMadeOnceAndOneThatFailsLeavesNothing) {
   EXPECT_THAT(said_, IsEmpty());
 }
 
-// Takes away or gives back the permission to write the folder and its contents.
+// Removes or restores the permission to write the folder and its contents.
 void permit_writing(const fs::path& folder, bool allowed) {
   const auto how = allowed ? fs::perm_options::add : fs::perm_options::remove;
   const auto writing = allowed ? fs::perms::owner_write

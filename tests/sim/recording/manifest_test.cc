@@ -9,7 +9,7 @@ namespace {
 using testing::HasSubstr, tests::encoded, tests::expect_same;
 
 TEST(Manifest, HashIsXxh3Of128Bits) {
-  // As published with the algorithm (empty input, seed 0), and as printed by `printf gaitslam | xxh128sum`.
+  // Values published with the algorithm (empty input, seed 0), and printed by `printf gaitslam | xxh128sum`.
   EXPECT_EQ(files::Hash().hex(), "99aa06d3014798d86001c324468d497f");
   files::Hash whole, pieces;
   whole.add("gaitslam");

@@ -157,7 +157,7 @@ inline void expect_same(const slam::Observation& a, const slam::Observation& b) 
   for (std::size_t i = 0; i < a.rig.size(); ++i) expect_same(a.rig[i].image, b.rig[i].image);
 }
 
-/// A file, what is replaced in it, and a part of the resulting error.
+/// A file, the replacement in it, and a part of the resulting error.
 struct BadFile {
   std::string name, from, to, words;
 };

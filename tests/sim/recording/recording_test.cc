@@ -189,7 +189,7 @@ void read_everything(const fs::path& folder) {
   read_truth(folder);
 }
 
-// Expects that every file of a recording, after `spoil` changed it on disk, is reported with these words.
+// Expects that each file of a recording is reported with these words after `spoil` changed it on disk.
 void expect_named(const std::function<void(const fs::path& file, const std::string& bytes)>& spoil,
                   const std::string& words, bool with_manifest = false) {
   const files::TemporaryFolder folder;
@@ -274,7 +274,7 @@ TEST(Recording, ErrorsInAFileNameLineAndColumn) {
   EXPECT_EQ(complaint(folder / "r", "frames.csv", "1000000000033000000", "1000000000033000000"), "");
   const std::string sweep = "mav0/lidar0/data/999999999999999990.bin";
   EXPECT_EQ(complaint(folder / "r", sweep, "", std::string(20, '\xff')),
-            ": point 0 from 0: expected finite numbers");
+            ": point 0 (counting from 0): expected finite numbers");
   for (const auto& [name, from, to, words] : tests::bad_files("bad_recordings.txt")) {
     const std::string error = complaint(folder / "r", name, from, to);
     EXPECT_THAT(error, HasSubstr(words));

@@ -94,7 +94,7 @@ TEST_F(SuiteTest, AConfigurationIsSetByFileAndChangesNotByWhatJudgesIt) {
   const std::string walk = "seed: 5\nwalk: {step_length_m: 0.1, commands: [{stand: {duration_s: 1}}]}\n";
   const auto plain = config(walk, {});
   EXPECT_EQ(plain.at("walk.step_length_m"), "0.1");
-  EXPECT_EQ(plain.at("world.floor_friction"), "0.15") << "the file of the robot";
+  EXPECT_EQ(plain.at("world.floor_friction"), "0.15") << "from the robot's file";
   EXPECT_FALSE(plain.contains("seed") || plain.contains("slam.vision.sigma_px"));
   EXPECT_EQ(config(walk, {"seed=9", "limits.rmse_m.at_most=1", "name=x"}), plain);
   EXPECT_NE(config(walk, {"walk.step_length_m=0.2"}), plain);
@@ -128,7 +128,7 @@ TEST(Baseline, IsReadBackBitForBit) {
   write_baseline(file, read);
   EXPECT_EQ(files::read_text(file), text);
   for (const auto& [wrong, why] :
-       {std::pair{text.substr(0, text.size() / 2), ": is not JSON, or cut off here"},
+       {std::pair{text.substr(0, text.size() / 2), ": is not JSON or is cut off here"},
         {std::string("{}"), "ci.json: format_version: is missing"}}) {
     files::write_text(file, wrong);
     EXPECT_THAT(files::error_of([&] { read_baseline(file); }), HasSubstr(why));

@@ -90,7 +90,8 @@ TEST(Verdict, AMetricWithAnExpectedValueIsWorseOnEitherSideOfIt) {
   EXPECT_EQ(verdict(of(3), of(2.5), nees), Verdict::same);
   EXPECT_EQ(verdict(of(0.3), of(0.03), nees), Verdict::fail) << "less than the absolute tolerance";
   EXPECT_EQ(verdict({2.6, 2.7, 2.8}, {0.9, 1.0, 1.1}, nees), Verdict::fail) << "three seeds suffice";
-  // Runs of a perfectly consistent filter: each seed changes beyond the tolerance, the means do not.
+  // Runs of a perfectly consistent filter: each seed changes by more than the tolerance, but the means do
+  // not.
   const Values spread{1.0, 5.8, 2.2, 3.0}, shuffled{5.8, 2.2, 3.0, 1.0};
   EXPECT_EQ(verdict(spread, shuffled, nees), Verdict::same);
   EXPECT_EQ(verdict(spread, {5.8, 4.2, 2.2, 8.1}, nees), Verdict::undecided);

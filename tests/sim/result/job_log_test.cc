@@ -46,7 +46,7 @@ TEST(JobLog, WhereverItIsCutOffCompleteLinesAreKeptAndTheRestIsWrittenAgain) {
   };
   for (std::size_t bytes = 0; bytes < whole.size(); ++bytes)
     EXPECT_EQ(continued(whole.substr(0, bytes)), whole) << "cut after " << bytes << " bytes";
-  for (const char* key : {"key-0", "key-2"}) {  // as a power failure leaves it
+  for (const char* key : {"key-0", "key-2"}) {  // as left by a power failure
     std::string torn = whole;
     torn.replace(torn.find(key), 5, 5, '\0');
     EXPECT_EQ(continued(torn), whole) << key;

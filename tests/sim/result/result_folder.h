@@ -7,7 +7,7 @@
 
 namespace tests {
 
-/// Relative path -> content of every file below a folder, except timing.* and those in `without`.
+/// Relative path -> content of every file below a folder, except timing.* and the files in `without`.
 inline std::map<std::string, std::string> files(const std::filesystem::path& folder,
                                                 const std::string& without = "-") {
   std::map<std::string, std::string> contents;

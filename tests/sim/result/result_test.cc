@@ -57,8 +57,9 @@ TEST(Summary, TheWorstIsOnTheSideOfTheLimitOrElseFollowsTheMetricsDefinition) {
   EXPECT_EQ(worst("loop_closed", {0, 1}, {{"loop_closed", {}, Bound::at_most, 1}}), 1);
   EXPECT_EQ(worst("loop_landmarks", {12, 18, 15}), 12);  // few landmarks are bad
   EXPECT_EQ(worst(kAte, {0.1, 0.4, 0.2}), 0.4);
-  EXPECT_EQ(worst("scale_error_percent", {0.5, -2, 1}), -2);   // an error of either sign is bad
-  EXPECT_EQ(worst("nees_position_mean", {2.5, 0.3, 6}), 0.3);  // a tenth of the expected value, against twice
+  EXPECT_EQ(worst("scale_error_percent", {0.5, -2, 1}), -2);  // an error of either sign is bad
+  // A tenth of the expected value is worse than twice that value.
+  EXPECT_EQ(worst("nees_position_mean", {2.5, 0.3, 6}), 0.3);
   EXPECT_EQ(worst("nis_gyro_mean", {0.9, 3, 0.4}), 3);
   EXPECT_EQ(worst("a metric of another program", {-3, 2}), 2);
 }
@@ -103,7 +104,7 @@ TEST(Summary, TheExitCodeIsTheWorstSeedsOrThatOfAMissedLimitOverSeeds) {
 TEST(Summary, ALimitOverSeedsIsMissedIfOneSeedHasNoValue) {
   const MetricLimit median{kAte, "median", Bound::at_most, 1};
   EXPECT_EQ(exit_code(summarize(limited({median}), {seed(1, {}, 1)})), 1);
-  EXPECT_EQ(exit_code(summarize(limited({median}, false), {seed(1, {}, 1)})), 0) << "no filter was to run";
+  EXPECT_EQ(exit_code(summarize(limited({median}, false), {seed(1, {}, 1)})), 0) << "no filter was requested";
   for (const bool filter : {true, false}) {  // without a filter: a metric of the walk itself
     const Summary summary =
         summarize(limited({median}, filter), {seed(1, 0.1, 1), seed(2, {}, 1), seed(3, {}, 1)});
@@ -204,7 +205,7 @@ TEST_F(ScoreFile, AReasonSharedByMetricsAppearsOnce) {
   EXPECT_THAT(text, testing::ContainsRegex("loop_time_s +- s +\\(1\\)\n"));
   EXPECT_THAT(text, testing::ContainsRegex("loop_closed +- +\\(1\\)\n  \\(1\\) no loop\n"));
   EXPECT_THAT(table(), testing::ContainsRegex("loop_closed +- +no loop\n"))
-      << "one reason stands beside its metric";
+      << "a single reason is next to its metric";
 }
 
 TEST_F(ScoreFile, TheTableStatesACauseTheCoverageAndTheAlignmentOfATrajectory) {

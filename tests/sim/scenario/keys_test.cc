@@ -26,7 +26,7 @@ TEST(Keys, ReadBackWhatTheyPrintAndTouchNothingElse) {
 TEST(Keys, HaveTheirOwnTextAndADefaultWithinTheirRange) {
   std::set<std::string> meanings;
   for (const auto& key : scenario_keys()) {
-    const bool of_mount = key.name.starts_with("imu.");  // like those of the camera
+    const bool of_mount = key.name.starts_with("imu.");  // like the camera's mount
     EXPECT_NE(meanings.insert(key.doc).second, of_mount) << key.name;
     EXPECT_FALSE(key.doc.empty() || key.expected.empty()) << key.name;
     if (key.name == "name" || key.name == "walk.commands") continue;  // these two have no default
@@ -41,7 +41,7 @@ struct AnyMember {
   operator T() const;  // NOLINT: meant to convert
 };
 
-/// The number of members of an aggregate, found by how many its braces take.
+/// The number of members of an aggregate: the maximum number of initializers in its braces.
 template <class T, class... Members>
 constexpr int members() {
   if constexpr (requires { T{Members{}..., AnyMember{}}; })
@@ -106,7 +106,7 @@ std::string complaint_about(const std::string& line) {
 void expect_rejected(const std::string& kind, const std::vector<std::string>& values) {
   int keys = 0;
   for (const Key& key : scenario_keys()) {
-    // A model names its parts as it likes.
+    // A model's parts may have any names.
     if (!key.expected.starts_with(kind) || key.name.ends_with("link")) continue;
     ++keys;
     for (const std::string& value : values) {
@@ -216,7 +216,7 @@ TEST(RecordingKey, DependsOnCameraProgramAndModelsButNotOnWhetherThereIsAFilter)
   EXPECT_NE(key_of(scenario), unchanged);
 }
 
-// Even those in other folders, when robot and room are given by path.
+// Includes files in other folders, if robot and room are given by path.
 TEST(RecordingKey, DependsOnEachFileThatARobotARoomOrAControllerNames) {
   const files::TemporaryFolder folder;
   std::filesystem::create_directories(folder / "bot");

@@ -33,7 +33,7 @@ TEST(EstimatorTime, IsTheLatencyOfSteeringAndAddsToAGivenLatency) {
   EXPECT_EQ(read_text(to_yaml(derived.scenario)).scenario.walk.steering.latency_s, 0);
 }
 
-// Cases start with the line "# expect: " and the message, which "..." cuts off before names of keys.
+// Cases start with the line "# expect: " and the message, cut off by "..." before names of keys.
 TEST(Scenario, EachBadScenarioIsRejectedWithItsPlaceAndWhatWasExpected) {
   const std::string marker = "# expect: ",
                     all = files::read_text(kSource / "tests/sim/scenario/bad_scenarios.txt");
@@ -102,7 +102,7 @@ TEST(Scenario, DegreesInAFileAreWrittenBackExactly) {
               std::bit_cast<std::uint64_t>(radians));
   }
   EXPECT_EQ(to_degrees(std::numbers::pi / 2), 90);
-  EXPECT_EQ(to_degrees(to_radians(52)), 52) << "as it was typed";
+  EXPECT_EQ(to_degrees(to_radians(52)), 52) << "as typed";
 }
 
 const std::string kLongWalk = "walk: {commands: [{stand: {duration_s: 100}}]}\ncamera: {}\n";

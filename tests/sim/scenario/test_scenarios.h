@@ -1,5 +1,5 @@
-// Scenarios for tests: short ones with the errors of their reader, every one in scenarios/, and other values
-// of keys.
+// Scenarios for tests: short ones, with their errors; all files in scenarios/; and non-default values of
+// keys.
 #pragma once
 
 #include "sim/scenario/keys.h"
@@ -19,7 +19,8 @@ inline std::string complaint(const std::string& text, const Changes& changes = {
 inline const std::string kWalk = "walk: {commands: [{stand: {duration_s: 1}}]}\n";
 inline const std::string kAll = kWalk + "camera: {}\nslam: {}\n";
 
-/// The default scenario with another value of that key: the first of many candidates that it accepts.
+/// Returns the default scenario with a different value of that key: the first of many candidates that it
+/// accepts.
 inline std::optional<Scenario> changed(const Key& key) {
   constexpr std::string_view kOneOf = "one of ";
   std::string texts =
@@ -42,7 +43,7 @@ inline std::filesystem::path scenario_folder() {
   return std::filesystem::path(GAITSLAM_SOURCE_DIR) / "scenarios";
 }
 
-/// Files in scenarios/suites, scenarios/studies and scenarios/tuning are not scenarios; those in
+/// Files in scenarios/suites, scenarios/studies and scenarios/tuning are not scenarios; files in
 /// scenarios/bases are parts of scenarios.
 /// scenarios/bases are parts.
 inline std::vector<std::filesystem::path> scenario_files() {

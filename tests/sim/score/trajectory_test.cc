@@ -149,7 +149,8 @@ TEST(Relative, AStationaryTrajectoryHasNoSpansOfItsPath) {
   EXPECT_TRUE(spans({}, {}).empty());
 }
 
-// All numbers are exact in binary: a span may be exactly as long as wanted, or off by exactly the tolerance.
+// All numbers are exact in binary: a span may have exactly the requested length, or differ by exactly the
+// tolerance.
 TEST(Relative, SpansIncludeTheirLengthAndTheirTolerance) {
   using enum Spans::Unit;
   using Ends = std::vector<std::pair<std::size_t, std::size_t>>;
@@ -194,7 +195,7 @@ TEST(Statistics, TheLossOfAMetricWithAnExpectedValueIsTheSameAboveAndBelow) {
 }
 
 TEST(Significance, WilcoxonMatchesPublishedSamplesAndAllSignPatterns) {
-  // Darwin's maize, cross- minus self-fertilised heights; statistic 24, exact p = 1352 / 2^15.
+  // Darwin's maize, cross- minus self-fertilized heights; statistic 24, exact p = 1352 / 2^15.
   const Numbers maize{6, 8, 14, 16, 23, 24, 28, 29, 41, -48, 49, 56, 60, -67, 75};
   EXPECT_EQ(wilcoxon_signed_rank(maize), 0.041259765625);
   EXPECT_EQ(wilcoxon_signed_rank({-1, -2, -3, -4, -5, -6, -7, -8}), 2 / 256.0);
@@ -213,8 +214,8 @@ TEST(Significance, ExactAndApproximateWilcoxonAgree) {
     for (int i = 1; i <= n; ++i) values.push_back(i % 3 == 0 ? -i : i);
     return wilcoxon_signed_rank(values);
   };
-  // By hand: of 60, ranks to 1200 are positive, 915 expected with variance 60·61·121/24; of 50: 867, 637.5,
-  // 10731.25. The tail of 50 ranks is nearly normal.
+  // Computed by hand: of 60, ranks to 1200 are positive, 915 expected with variance 60·61·121/24; of 50: 867,
+  // 637.5, 10731.25. The tail of 50 ranks is nearly normal.
   EXPECT_NEAR(p(60), std::erfc(284.5 / std::sqrt(2 * 18452.5)), 1e-15);
   const double by_approximation = std::erfc(229 / std::sqrt(2 * 10731.25));
   EXPECT_NEAR(p(50) / by_approximation, 1, 0.05);
@@ -275,8 +276,8 @@ TEST(Consistency, TheFractionInTheBandCountsInstantsByTheMeanOverRuns) {
   const std::vector<double> low(10, 1.6), inside(10, 1.7), high(10, 4.7);
   const auto fraction = band_fractions({low, inside, inside, high, {}, {0.6, 0.6}, {1, 13}}, 3);
   ASSERT_TRUE(fraction);
-  EXPECT_DOUBLE_EQ(fraction->inside, 3.0 / 6);  // twice 1.7, and 7 of two
-  EXPECT_DOUBLE_EQ(fraction->below, 2.0 / 6);   // 1.6, and 0.6 of two
+  EXPECT_DOUBLE_EQ(fraction->inside, 3.0 / 6);  // 1.7 twice, and 7 as the mean of two
+  EXPECT_DOUBLE_EQ(fraction->below, 2.0 / 6);   // 1.6, and 0.6 as the mean of two
   EXPECT_NEAR(fraction->mean, (1.6 + 2 * 1.7 + 4.7 + 0.6 + 7) / 6, 1e-12);
   EXPECT_FALSE(band_fractions({{}, {}}, 3));
 }

@@ -77,7 +77,7 @@ TEST(Feet, ATurnOfTheStandingFootSwingsTheRestOfThePathAboutIt) {
   Walk walk;
   walk.on_left(5);
   walk.left().truth.z() += 0.01;
-  walk.right().truth = {-0.01 * -0.2, -0.1, 0.01};  // the swing foot goes with the body
+  walk.right().truth = {-0.01 * -0.2, -0.1, 0.01};  // the swing foot moves with the body
   walk.on_left(5);
   walk.both();
   const auto rows = walk.rows({1, 0.11, 0.01}, {1, 0.1, 0});
@@ -123,7 +123,7 @@ TEST(Feet, AFootSlidingAsItLandsIsDistinguishedFromOneSlidingUnderLoad) {
   walk.on_left();
   walk.stay(3, 0.9, 0.1);
   walk.right().truth.x() += 0.002;
-  walk.right().creep.x() = 0.0005;  // in each of the samples to come
+  walk.right().creep.x() = 0.0005;  // in each of the later samples
   walk.stay(1, 0.3, 0.7);
   walk.right().truth.x() += 0.003;
   walk.on_right(4);
@@ -260,7 +260,7 @@ TEST(Surfaces, TheNearestHitIsWhereGeometryPredicts) {
   EXPECT_EQ(first_hit({far, near}, Vector3d::Zero(), Vector3d::UnitY()), std::nullopt);
 }
 
-// A camera in front of a wall 4 m ahead (x = 4 m), one frame each 0.1 s for 40 s. It looks ahead, except
+// A camera in front of a wall 4 m ahead (x = 4 m), one frame every 0.1 s for 40 s. It looks ahead, except
 // during an excursion. The landmark is first seen in the middle of the image at 1 s and matched again at 39.9
 // s.
 struct Excursion {
@@ -275,7 +275,7 @@ struct Excursion {
   }
 
   std::vector<StampedPixel>& accepted() { return run.landmarks.front().accepted; }
-  // The landmarks found again; nothing if the camera did not return from elsewhere.
+  // Returns the landmarks found again, or nothing if the camera did not return from elsewhere.
   std::optional<std::vector<LoopLandmark>> found() const {
     const auto all = loop_landmarks(run);
     return std::holds_alternative<Absent>(all) ? std::nullopt : std::optional(std::get<0>(all));
@@ -309,7 +309,7 @@ TEST(LoopClosure, CountsALandmarkFoundAgainWithinThreePixelsAfterTheCameraWasEls
 TEST(LoopClosure, ElsewhereIsAHeadingOrPlaceWhereNothingOfTheLastImageIsInViewAndTheLandmarkIsNotFor5s) {
   EXPECT_FALSE(Excursion(looking(pi), 20000, 24900).found());
   EXPECT_TRUE(Excursion(looking(pi), 20000, 25000).closes());
-  Excursion seen_between(looking(pi), 20000, 28000);  // two stretches of 3 s and 4.9 s
+  Excursion seen_between(looking(pi), 20000, 28000);  // two intervals of 3 s and 4.9 s
   seen_between.run.truth_camera[230].X = looking(0);
   EXPECT_FALSE(seen_between.found());
   Excursion before(looking(pi), 0, 8900);  // before it is first seen
@@ -336,7 +336,7 @@ TEST(LoopClosure, WorksForAnyPathAtTheFirstMatchAfterTheReturn) {
         {milliseconds(t),
          *eight.run.camera.project(eight.run.truth_camera[static_cast<std::size_t>(t / 100)].X, p_W)});
   ASSERT_TRUE(eight.found());
-  ASSERT_EQ(eight.found()->size(), 1U) << "once, however often it is matched";
+  ASSERT_EQ(eight.found()->size(), 1U) << "once, no matter how often it is matched";
   EXPECT_EQ(eight.found()->front().found, milliseconds(19000));
 }
 

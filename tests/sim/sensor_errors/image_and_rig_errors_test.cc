@@ -1,4 +1,4 @@
-// Errors of images and of the further sensors, and their random numbers.
+// Errors of images and of the additional sensors, and their random numbers.
 #include "sim/sensor_errors/random.h"
 #include "sim/sensor_errors/sensor_errors.h"
 
@@ -7,7 +7,7 @@ namespace {
 
 using rig::Kind, slam::Stamp;
 
-constexpr int kTypes[]{CV_8UC1, CV_8UC3, CV_16UC1};  // of gray, color and depth images
+constexpr int kTypes[]{CV_8UC1, CV_8UC3, CV_16UC1};  // types of gray, color and depth images
 
 rig::RigSensor sensor(const std::string& name, Kind kind) {
   rig::RigSensor s;
@@ -314,7 +314,7 @@ TEST(Random, NumbersHaveTheMomentsOfTheirDistributionsAndNoCorrelation) {
 }
 
 TEST(Random, QuantileInvertsTheDistributionFunction) {
-  // The C library's erfc is the independent side: Phi(z) = erfc(−z/√2) / 2.
+  // The C library's erfc is the independent reference: Phi(z) = erfc(−z/√2) / 2.
   for (const double p : {1e-300, 1e-100, 1e-20, 1e-11, 1e-5, 0.01, 0.0749, 0.0751, 0.3, 0.4999, 0.5}) {
     const double z = normal_quantile(p);
     // 1e-13 relative: the condition of Phi, about z², times a few roundings at |z| = 37 loses three digits.

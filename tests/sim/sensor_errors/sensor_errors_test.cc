@@ -159,7 +159,7 @@ Kind during(double from_s, double duration_s) {
   return fault;
 }
 
-// One character for each arrival: the number of its frame, by its stamp.
+// One character for each arrival: the number of its frame, found by its stamp.
 std::string order(const std::vector<slam::Observation>& arrived) {
   std::string frames;
   for (const slam::Observation& o : arrived) frames += static_cast<char>('0' + o.t.count() / 33'000'000 - 1);
@@ -231,7 +231,7 @@ TEST(Faults, CoverThePictureWithAStationaryPoster) {
   EXPECT_EQ(cv::countNonZero(difference), 0);
   cv::Scalar mean, sd;
   cv::meanStdDev(all[3].image, mean, sd, poster);
-  EXPECT_GT(sd[0], 20);  // textured: landmarks would stick to it
+  EXPECT_GT(sd[0], 20);  // textured: landmarks would be found on it
 }
 
 TEST(Faults, SilenceSpikeAndFactorAffectOnlyOneInertialSensor) {
@@ -347,7 +347,7 @@ Observation observed(int k) {
   return o;
 }
 
-/// All frames through a clock with that offset. without_plan: the frame that loses its plan on the way.
+/// All frames after a clock with that offset. without_plan: the frame that loses its plan on the way.
 std::vector<Observation> through(Stamp offset, int frames, int without_plan = -1) {
   MotionClock clock(offset);
   std::vector<Observation> all;
@@ -360,12 +360,13 @@ std::vector<Observation> through(Stamp offset, int frames, int without_plan = -1
   return all;
 }
 
-// Readings lie within their frame and leave no gap. They and the plan are from `offset` before their stamps.
+// Readings lie within their frame and leave no gap. Like the plan, they were taken `offset` before their
+// stamps.
 TEST(MotionClock, AClockAheadOrBehindGivesEachFrameTheMotionOfAnotherTime) {
   for (const double offset_ms : {7.0, -7.0, 40.0, -40.0}) {
     const auto all = through(Stamp(static_cast<std::int64_t>(offset_ms * 1e6)), 8);
     ASSERT_EQ(all.size(), 8u);
-    for (int k = 3; k < 6; ++k) {  // the first and last frames lack what comes before and after
+    for (int k = 3; k < 6; ++k) {  // the first and last frames lack the readings before and after the run
       const Observation& o = all[static_cast<std::size_t>(k)];
       ASSERT_EQ(o.t, observed(k).t);
       Stamp begin = o.t - Stamp(30 * kMs);

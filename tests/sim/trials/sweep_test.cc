@@ -61,7 +61,7 @@ TEST(Values, ErrorsNameThePlace) {
 }
 
 TEST(Sobol, FirstPointsMatchJoeAndKuo) {
-  const auto points = sobol_points(7, 3);  // the worked example beside their direction numbers
+  const auto points = sobol_points(7, 3);  // the worked example published with their direction numbers
   EXPECT_THAT(points, ElementsAre(ElementsAre(0.5, 0.5, 0.5), ElementsAre(0.75, 0.25, 0.25),
                                   ElementsAre(0.25, 0.75, 0.75), ElementsAre(0.375, 0.375, 0.625),
                                   ElementsAre(0.875, 0.875, 0.125), ElementsAre(0.625, 0.125, 0.875),

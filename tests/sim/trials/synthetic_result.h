@@ -1,5 +1,5 @@
-// A result folder with the recording of a walk in the synthetic room: all that trials need, without a
-// simulator.
+// A result folder with the recording of a walk in the synthetic room, which is all that trials need;
+// no simulator.
 #pragma once
 
 #include "sim/recording/recording.h"
@@ -17,7 +17,7 @@ inline slam::synthetic::Walk short_walk(int frames) {
 }
 
 /// Writes folder/{scenario.yaml,about.json,recording/} of the walk with ideal sensors; `text` goes into the
-/// scenario. readings: those of the rig at a frame.
+/// scenario. readings: the rig's at a frame.
 inline void write_result(
     const std::filesystem::path& folder, const slam::synthetic::Walk& walk, const std::string& text = "",
     const std::vector<sim::rig::RigSensor>& rig = {},

@@ -24,8 +24,8 @@ TEST(PoseNll, HasNoValueWhereACovarianceIsNotPositiveDefinite) {
   EXPECT_FALSE(pose_nll(Eigen::Isometry3d::Identity(), Eigen::Isometry3d::Identity(), P));
 }
 
-/// The innovations of a Kalman filter of a random walk that assumes a standard deviation of its measurements.
-/// The standard deviation of the steps is 0.1 and known; that of the measurements is 0.2.
+/// The innovations of a Kalman filter for a random walk that assumes some standard deviation of its
+/// measurements. The standard deviation of the steps is 0.1 and known; the measurements' is 0.2.
 tracking::Tracked random_walk(double assumed_sigma) {
   std::mt19937 random(1);
   std::normal_distribution<double> normal;

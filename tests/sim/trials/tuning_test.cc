@@ -1,5 +1,5 @@
-// The search, on functions with a known minimum. Tunings of a short walk give the same answer however the
-// work is divided, and from a part of the log.
+// The search, on functions with a known minimum. Tunings of a short walk give the same answer for any
+// division of the work, and when resumed from a part of the log.
 #include "sim/trials/tuning.h"
 
 #include "tests/sim/files/temporary_folder.h"
@@ -106,7 +106,7 @@ class Tunings : public testing::Test {
     std::ofstream(folder_ / "spec.yaml") << kSpec;
     return read_spec(folder_ / "spec.yaml");
   }
-  /// most: receives the largest number of tasks at once, which then run in reverse order.
+  /// most: receives the largest number of tasks given at once; they run in reverse order.
   static TuningResult tuned(const Spec& spec, const std::string& out, std::size_t* most = nullptr) {
     const RunTasks run_tasks = [&](const std::vector<Task>& tasks, JobLog& log) {
       if (most) *most = std::max(*most, tasks.size());
@@ -185,7 +185,7 @@ TEST_F(Tunings, LeaveAnOverlayWithTheBestValuesIfBetterOnTheHoldout) {
   EXPECT_LT(best, start);
 }
 
-// A folder of files that look like recordings, which is all that a spec needs.
+// A folder of files that look like recordings, which is enough for a spec.
 class SpecFile : public testing::Test {
  protected:
   SpecFile() {
@@ -222,7 +222,7 @@ TEST_F(SpecFile, StatesWhatIsTunedOnWhichRecordingsAndHow) {
       "holdout: [{recordings: walks/seed-2}]\nobjective: rmse_m\ntrials: 90\nseed: 7\n");
   EXPECT_EQ(spec.name, "spec");
   ASSERT_EQ(spec.parameters.size(), 2U);
-  EXPECT_EQ(spec.parameters[0].start, 0.02);  // of the recorded scenario
+  EXPECT_EQ(spec.parameters[0].start, 0.02);  // from the recorded scenario
   EXPECT_EQ(spec.parameters[1].also, std::vector<std::string>{"slam.vision.gate_sigma_px"});
   ASSERT_EQ(spec.training.size(), 2U);
   EXPECT_EQ(spec.training[1].folder, (folder_ / "walks/seed-3"));

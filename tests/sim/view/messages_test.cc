@@ -1,4 +1,4 @@
-// Frames and readings as the page receives them.
+// Frames and readings as received by the page.
 #include "sim/view/messages.h"
 
 #include <nlohmann/json.hpp>

@@ -1,4 +1,4 @@
-// Finished results, as the page plays them, from a walk in the synthetic room, and their figures over time.
+// Finished results of a walk in the synthetic room, as played by the page, and their figures over time.
 #include <fmt/ranges.h>
 
 #include "sim/files/csv.h"
@@ -20,7 +20,7 @@ using tests::Has;
 
 constexpr int kFrames = 40;
 
-/// Replays the walk in this folder into its folder replay, beside the recording.
+/// Replays the walk in this folder into its folder replay, next to the recording.
 void replay_walk(const fs::path& walk) {
   result::ResultPlace place;
   place.folder = walk / "replay";

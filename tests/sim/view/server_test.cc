@@ -48,7 +48,7 @@ class RawClient {
     return closed_;
   }
 
-  /// Everything up to and including `end`, or what arrived within that time.
+  /// Returns everything up to and including `end`, or the data that arrived within that time.
   std::string until(std::string_view end, int ms = 5000) {
     std::size_t at = std::string::npos;
     while ((at = received_.find(end)) == std::string::npos && receive(ms)) continue;
@@ -115,7 +115,7 @@ class SocketClient : public RawClient {
   void say(std::string_view text) { send(text_frame(text)); }
   void say_loaded() { say(R"({"op":"loaded"})"); }
 
-  /// The payload of the next frame of the server; nothing if none comes.
+  /// Returns the payload of the server's next frame, or nothing if none arrives.
   std::optional<std::string> next(int ms = 5000) {
     const std::string head = exactly(2, ms);
     if (head.size() < 2) return std::nullopt;
@@ -125,7 +125,7 @@ class SocketClient : public RawClient {
     for (const char byte : exactly(more, ms)) size = size << 8 | static_cast<unsigned char>(byte);
     return exactly(size, ms);
   }
-  /// The next message that is not about the past; empty if none comes.
+  /// Returns the next message that is not about the past, or "" if none arrives.
   std::string next_message() {
     for (;;)
       if (auto payload = next(); !payload || (!payload->starts_with("{\"op\":\"series\"") &&
@@ -180,7 +180,7 @@ bool fills_its_viewer(LiveView& view) {
   for (int k = 0; Clock::now() < end; ++k) {
     view.show(frame_at(k));
     if (view.has_viewers()) continue;
-    std::this_thread::sleep_for(100ms);  // the kernel may still accept what is waiting
+    std::this_thread::sleep_for(100ms);  // the kernel may still accept the waiting data
     if (!view.has_viewers()) return true;
   }
   return false;
@@ -352,7 +352,7 @@ TEST(MessageQueue, DropsOnlyTheOldestFrameAndHasRoomWhileHalfOfItIsFree) {
     EXPECT_TRUE(push(text, true));
   }
   EXPECT_TRUE(push("b", false));
-  EXPECT_FALSE(push("c", false)) << "no room: the client is to be given up";
+  EXPECT_FALSE(push("c", false)) << "no room: the client must be dropped";
   for (const char* const text : {"a", "2", "3", "4", "b"}) EXPECT_EQ(*queue.pop()->bytes, text);
   EXPECT_FALSE(queue.pop().has_value());
   EXPECT_TRUE(queue.has_room());

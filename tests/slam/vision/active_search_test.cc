@@ -15,8 +15,8 @@ cv::Mat picture() {
   return smooth;
 }
 
-/// A camera that looks along +x, its landmark 4 m away at `pixel`, and how much the camera has turned by its
-/// estimate.
+/// A camera that looks along +x, its landmark 4 m away at `pixel`, and the estimated turn of the
+/// camera.
 struct Scene {
   explicit Scene(const Eigen::Vector2i& pixel, double turned = 0, double sigma_turn = 0.01) {
     const RobotVector first = looking_ahead({0, 0, 0});
@@ -59,7 +59,7 @@ TEST(ActiveSearch, FindsALandmarkThatAWrongPosePredictsElsewhere) {
   const auto found = search_candidate(scene.image, scene.landmarks[0], candidate, {});
   ASSERT_TRUE(found);
   const Eigen::Vector2d at = candidate.pixel + Eigen::Vector2d(found->innovation);
-  EXPECT_LT((at - Eigen::Vector2d(170, 120)).norm(), 0.1);  // px, what the slight warp displaces
+  EXPECT_LT((at - Eigen::Vector2d(170, 120)).norm(), 0.1);  // px, displacement by the slight warp
 }
 
 TEST(ActiveSearch, FindsNothingBeyondThreeSigmaOrWhereTheLandmarkIsGone) {
@@ -100,7 +100,7 @@ TEST(ActiveSearch, KeepsTheMostUncertainInnovationsInDescendingOrderWithinThePix
   keep_affordable(affordable, 49 + 49 + 361 + 625);                        // boxes of 7, 7, 19 and 25 px
   EXPECT_EQ(indices(affordable), (std::vector<std::size_t>{0, 1, 2, 3}));  // unsorted if all are affordable
   keep_affordable(affordable, 49 + 625);
-  EXPECT_EQ(indices(affordable), (std::vector<std::size_t>{3, 0}));  // the one of 19 px does not fit anymore
+  EXPECT_EQ(indices(affordable), (std::vector<std::size_t>{3, 0}));  // the 19 px box no longer fits
 }
 
 TEST(LineSearch, SidewaysMotionFindsTheDepthOfAFarWallAndNeverANearOne) {
@@ -139,7 +139,7 @@ TEST(LineSearch, SidewaysMotionFindsTheDepthOfAFarWallAndNeverANearOne) {
   EXPECT_GT(found.particles.front().depth_m, 2.5);
 }
 
-/// The strongest corner in a box of a picture of a wall at x = 3.6 m; looks at it from elsewhere.
+/// The strongest corner in a box of a picture of a wall at x = 3.6 m, viewed from other places.
 struct Sight {
   explicit Sight(const cv::Rect& box) {
     const Eigen::Isometry3d X_WC = landmark.X_WC_first = camera_pose(looking_ahead({1, 1.2, 1.4}));

@@ -155,7 +155,7 @@ struct Initialized {
     for (std::size_t i = 0; i < size(); ++i) all.push_back(pixel(i));
     return all;
   }
-  /// Makes the inverse depth of a landmark well known, as many views from many places would.
+  /// Makes the inverse depth of a landmark precise, as after many views from many places.
   void know_depth(std::size_t i, double value) {
     Measurement m(1);
     m.H_landmark = Eigen::RowVectorXd::Unit(6, 5);
@@ -321,7 +321,7 @@ TEST(Map, DeletingAndConvertingKeepTheParametersOfEveryOtherLandmark) {
   for (std::size_t i = 0; i < 5; ++i) {
     EXPECT_EQ(std::holds_alternative<Point>(b.map.landmarks()[i].kind), i == 1 || i == 3) << i;
     EXPECT_LT((b.pixel(i) - before[i]).norm(), 1e-9) << i;
-    // The heading is constrained anew.
+    // The heading is constrained again.
     EXPECT_LT((view_of_points[i].S - view[i].S).norm(), 1e-3 * view[i].S.norm()) << i;
   }
   for (int k = 0; k < 10; ++k) b.search(1, false);

@@ -158,7 +158,7 @@ const synthetic::Recording& walk() {
   return recording;
 }
 
-/// A filter that walks up to a frame, then sees another place for 1 s and has only its gyro.
+/// A filter that walks up to a frame, then sees a different place for 1 s and has only its gyro.
 Filter lost_filter(int until, const Options::Tracking& tracking) {
   Options options;
   options.tracking = tracking;
@@ -187,7 +187,7 @@ TEST(Relocalization, AFilterThatWasCarriedAwayFindsItsTruePose) {
   const Stamp lost_at = walk().walk().stamp(74);
   bool found = false;
   int after = 0;
-  for (int k = 20; k < 55; ++k) {  // put down at its pose of frame 20, by now 0.2 m away and turned
+  for (int k = 20; k < 55; ++k) {  // put down at its pose of frame 20, which is 0.2 m away and rotated
     Observation o = walk().observation(k);
     const Stamp later = lost_at + walk().walk().stamp(k - 19) - o.t;
     o.t += later;
@@ -231,7 +231,7 @@ TEST(Relocalization, AFilterWithACoveredViewContinuesAtItsPredictionButNotAfterA
       const FrameReport& report = filter.step(o);
       const bool is_lost = report.health == Health::lost;
       found = found || report.relocalized;
-      EXPECT_TRUE(is_lost || found || !lost || covered) << k << " no match near the prediction is trusted";
+      EXPECT_TRUE(is_lost || found || !lost || covered) << k << " matches near the prediction do not count";
       lost = lost || is_lost;
       EXPECT_FALSE(covered && (report.relocalized || (is_lost && k >= to + 3)))
           << k << report.cause.value_or("");

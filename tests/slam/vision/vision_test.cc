@@ -116,7 +116,7 @@ TEST(Vision, TheBiasOfAMatchIsAlwaysAStateEvenIfLandmarksOutnumberPlaces) {
     EXPECT_GE(vision.biases().at(searched.id), kRobot);
     placed.insert(searched.id);
   }
-  EXPECT_EQ(placed.size(), 8U);  // their unknown bias makes those without a place the most informative
+  EXPECT_EQ(placed.size(), 8U);  // their unknown bias makes landmarks without a place the most informative
 }
 
 TEST(Vision, WithoutMatchesTheStateIsUnchanged) {

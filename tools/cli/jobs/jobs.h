@@ -12,7 +12,8 @@
 
 namespace cli {
 
-/// A new temporary folder, removed by the destructor. The constructor also removes those of killed processes.
+/// A new temporary folder, removed by the destructor. The constructor also removes folders of killed
+/// processes.
 class TemporaryFolder {
  public:
   TemporaryFolder();
@@ -50,12 +51,14 @@ struct Job {
   double cost = 1;       ///< relative to the other jobs, for the progress
   fs::path program{};    ///< another build of this program; empty: this one
 };
+/// Writes one line of JSON per job. Throws FileError.
 void write_jobs(const fs::path& file, const std::vector<Job>& jobs);
+/// Reads the jobs that write_jobs wrote. Throws FileError.
 std::vector<Job> jobs_in(const fs::path& file);
 
 using result::JobRecord;
 /// Returns the exit code of a job's process: 3 if a signal killed it, 0 if the job was not run. The record's
-/// cause is its standard error.
+/// cause is the process's standard error.
 int exit_code_of(const JobRecord& record);
 
 /// Throws files::DeviceError with the last line of a process that ended with kDeviceFailed.
@@ -69,7 +72,7 @@ using OnRecords = std::function<void(const std::vector<JobRecord>&)>;
 struct Backend {
   std::string name = "local";
   int jobs = 0;  ///< processes or array elements at a time; 0: one locally, or as many as the cluster allows
-  /// Slurm: a folder that all nodes can access. Work that an interrupted command left there is continued.
+  /// Slurm: a folder that all nodes can access. Work left there by an interrupted command is continued.
   fs::path spool{};
   double seconds_each = 30;  ///< Slurm: a lower bound on the duration of a job that is not batched
 
@@ -98,10 +101,10 @@ struct ElementRequest {
 /// Runs this array element's share of the jobs and writes the records. Returns the exit code.
 int run_element(ElementRequest& request);
 
-/// Removes a job array that an earlier call left. Throws UsageError if it may still run.
+/// Removes a job array left by an earlier call. Throws UsageError if it may still run.
 void clear_spool(const fs::path& spool);
 
-/// Maximum number of batched jobs per process: what a killed command loses.
+/// Maximum number of batched jobs per process, which are lost if a command is killed.
 inline constexpr std::size_t kMostOfBatch = 8;
 
 }  // namespace cli

@@ -34,7 +34,7 @@ struct Process {
   fs::path file(const char* extension) const { return files + extension; }
 };
 
-/// Returns the command line of the process and writes its files. The parent's id is that of this process.
+/// Returns the command line of the process and writes its files. The parent's id is the id of this process.
 std::vector<std::string> command_line(const Process& process) {
   const Job& job = process.jobs.front();
   std::vector<std::string> words{"gaitslam"};
@@ -158,14 +158,14 @@ class Launcher {
   std::deque<std::vector<Job>> waiting_;
   std::map<pid_t, Process> running_;
   std::set<std::string> complaints_;
-  std::optional<std::string> device_failure_;  ///< if a process reports one, no further ones are started
+  std::optional<std::string> device_failure_;  ///< if a process reports one, no more processes are started
   std::size_t most_;
   int started_ = 0;
   double cost_ = 0, done_ = 0;
   const OnRecords& on_records_;
 };
 
-/// Returns a new name in the folder for temporary files, without those that killed processes left there.
+/// Returns a new name in the folder for temporary files, and removes files left there by killed processes.
 fs::path temporary_name() {
   const char* const named = std::getenv("TMPDIR");
   const fs::path all = named ? named : "/tmp";

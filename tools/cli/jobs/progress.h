@@ -25,7 +25,8 @@ class RemainingTime {
     double part = 0, spent_s = 0;
   };
   std::optional<Point> first_, last_;
-  std::optional<double> end_s_, shown_s_;  ///< when the job will be done; the last returned remaining time
+  /// Time when the job will be done; the last returned remaining time.
+  std::optional<double> end_s_, shown_s_;
 };
 
 /// Returns "walk seed 1: 42 %, 8 s left; search", or "walk seed 1: 3 min 05 s" if the fraction is unknown.
@@ -37,7 +38,7 @@ inline constexpr const char* kProgressFile = "GAITSLAM_PROGRESS_FILE";
 /// Returns the fraction that a process has written there; 0 before the first.
 double part_in(const fs::path& file);
 
-/// Where and how a progress line is shown.
+/// The destination and form of a progress line.
 struct ProgressPlace {
   bool redraws = false;  ///< redraws a single line
   bool silent = false;

@@ -58,7 +58,7 @@ std::string scenario_difference(const scenario::Scenario& there, const scenario:
              : "its limits or name differ";
 }
 
-/// Returns what distinguishes a result from the one that the job would make; nothing if they are the same. If
+/// Returns what distinguishes a result from the job's new one, or nothing if they are the same. If
 /// the sources were modified since the revision, the result must be newer than the program.
 std::optional<std::string> difference(const fs::path& folder, const ResultJob& job,
                                       const std::string& models_hash) try {
@@ -92,7 +92,7 @@ fs::file_time_type time_of(const fs::path& folder) {
   return fs::last_write_time(folder / "about.json", none);
 }
 
-/// True if the same program makes the same result again, bit for bit.
+/// True if the same program would reproduce the result bit for bit.
 bool is_repeatable(const scenario::Scenario& scenario) {
   using programs::Source;
   return scenario.estimator.source == Source::built_in && scenario.controller.source == Source::built_in &&

@@ -1,4 +1,4 @@
-// Recordings and results of runs, each made by its own process. Those that exist are kept, so that a rerun
+// Recordings and results of runs, each made by its own process. Existing ones are kept, so that a rerun
 // resumes an interrupted command.
 #pragma once
 
@@ -21,7 +21,8 @@ class Recordings {
   /// Returns the recording from the cache after checking every byte, or nullopt if it is missing.
   std::optional<recording::CachedRecording> find(const scenario::Scenario& scenario) const;
 
-  /// Returns the recording from the cache; if it is missing, this process makes it. Throws what a run throws.
+  /// Returns the recording from the cache; if it is missing, this process makes it. Throws whatever a run
+  /// throws.
   recording::CachedRecording get(const scenario::ReadScenario& read, const result::Progress& progress) const;
 
   struct Made {
@@ -63,7 +64,7 @@ struct ResultOptions {
   fs::path models;
   std::string title;        ///< title of the progress line
   Backend backend{};        ///< its spool may be empty
-  bool cached = false;      ///< simulate only the walks that the cache does not have
+  bool cached = false;      ///< simulate only the walks that are not in the cache
   bool force = false;       ///< replace results that differ or need not be the same when made again
   bool must_start = false;  ///< throws UsageError if a process rejects its input
 };
@@ -71,12 +72,12 @@ struct ResultOptions {
 /// How a job ended.
 struct ResultEnd {
   bool finished = false;  ///< its folder contains its result
-  int exit_code = 0;      ///< that of its process, if it was run
+  int exit_code = 0;      ///< exit code of its process, if it was run
   std::string complaint{};
 };
 
-/// Makes the results that do not exist yet and returns the ends in the order of the jobs. Prints errors of
-/// failed processes. Throws UsageError if a result of other settings exists and is not to be replaced.
+/// Makes the results that do not exist yet and returns the outcomes in the order of the jobs. Prints errors
+/// of failed processes. Throws UsageError if a result of different settings exists and must not be replaced.
 std::vector<ResultEnd> make_results(const std::vector<ResultJob>& jobs, const OutFolder& out,
                                     const ResultOptions& options);
 
@@ -88,7 +89,7 @@ std::vector<result::SeedScore> read_scores(const std::vector<ResultJob>& jobs,
 std::string inputs_of(const scenario::Scenario& scenario);
 
 /// Returns the seeds of the results seed-<n> in a folder that have the job's settings. Throws UsageError if
-/// others exist, unless `force`.
+/// any have different settings, unless `force`.
 std::vector<std::uint64_t> seeds_beside(const ResultJob& job, const fs::path& root, const fs::path& models,
                                         bool force);
 

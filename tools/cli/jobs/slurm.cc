@@ -16,7 +16,7 @@ namespace {
 constexpr double kElementSeconds = 30;  // shorter elements are not worth the cost of starting them
 constexpr int kSubmissions = 3, kRestarts = 10;
 constexpr std::size_t kMostElements = 1000;          // limited by Slurm's default MaxArraySize, 1001
-constexpr int kMostUnanswered = 60, kPatience = 10;  // ten minutes: that many polls are skipped each time
+constexpr int kMostUnanswered = 60, kPatience = 10;  // ten minutes in total, polling less often
 
 /// Returns the job in the output of `sbatch --parsable`, if any: a line "1000", or "1000;alpha" for another
 /// cluster of a federation.
@@ -39,7 +39,7 @@ std::string named(const std::string& job) {
   return job.substr(0, end) + (end == job.size() ? "" : " of cluster " + job.substr(end + 1));
 }
 
-/// A job as Slurm knows it.
+/// The state of a job according to Slurm.
 struct Seen {
   enum class Presence { queued, ended, unknown } presence = Presence::unknown;
   std::string waiting;  ///< states and reasons of elements that are not running: "PENDING (JobHeldUser)"
@@ -71,7 +71,7 @@ Seen look_up(const std::string& job) {
   return {Seen::Presence::unknown, "", shown.errors.substr(0, shown.errors.find('\n'))};
 }
 
-/// True unless the job has certainly ended.
+/// True unless the job is known to have ended.
 bool may_run(const std::string& job) { return look_up(job).presence != Seen::Presence::ended; }
 
 /// Returns an environment variable, or "".
@@ -105,7 +105,7 @@ class Array {
     return fs::exists(folder_ / "jobs") ? jobs_in(folder_ / "jobs") : std::vector<Job>();
   }
 
-  /// Calls on_records for the records of the elements that have written some since the last call.
+  /// Calls on_records for the elements that have written records since the last call.
   void read_records(const OnRecords& on_records) {
     for (const fs::path& file : files_with(kRecords)) {
       const std::uintmax_t bytes = fs::file_size(file);
@@ -224,7 +224,7 @@ int run_element(ElementRequest& request) {
   jobs = {jobs.begin() + static_cast<std::ptrdiff_t>(first),
           jobs.begin() + static_cast<std::ptrdiff_t>(std::min(first + request.each, jobs.size()))};
   const fs::path file = request.folder / fmt::format("{}{}", *element, kRecords);
-  std::vector<JobRecord> records;  // at first those before a restart
+  std::vector<JobRecord> records;  // at first the lines before a restart
   if (fs::exists(file)) records = result::read_records(file);
   std::erase_if(jobs,
                 [&](const Job& job) { return std::ranges::count(records, job.key, &JobRecord::key) > 0; });

@@ -11,7 +11,8 @@ struct RunObserver;
 
 namespace cli {
 
-/// Returns the outcome of live::run. Throws UsageError in a build without simulator. observer: may be null.
+/// Returns the outcome of live::run. Throws UsageError in a build without the simulator. observer: may be
+/// null.
 result::Outcome run_live(const scenario::ReadScenario& scenario, const result::ResultPlace& place,
                          const result::Progress& progress, int threads = 1,
                          const live::RunObserver* observer = nullptr);

@@ -72,7 +72,9 @@ std::vector<std::uint64_t> parse_seeds(const std::string& text) {
 
 void add_view_place(CLI::App& command, Access& place) {
   command.add_option("--port", place.port, "port of the view; 0: any free port")->capture_default_str();
-  command.add_option("--address", place.address, "listening address; one that others reach needs a --token")
+  command
+      .add_option("--address", place.address,
+                  "listening address; an address that others can reach needs a --token")
       ->capture_default_str();
   command
       .add_option("--public", place.forwarded,

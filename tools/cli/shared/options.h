@@ -68,7 +68,7 @@ inline void add_cached(CLI::App& command, bool& cached) {
   command.add_flag("--cached", cached, "replay recordings from the cache, and record missing ones first");
 }
 inline void add_all_metrics(CLI::App& command, bool& all) {
-  command.add_flag("--all-metrics", all, "show all metrics, not only the main ones and those with limits");
+  command.add_flag("--all-metrics", all, "show all metrics, not only the main ones and metrics with limits");
 }
 
 /// Hidden options for a process started by another gaitslam process.
@@ -92,9 +92,11 @@ score::Alignment alignment_named(const std::string& name);
 /// Returns the seeds typed after --seeds. Throws UsageError.
 std::vector<std::uint64_t> parse_seeds(const std::string& text);
 
+/// Adds --port, --address, --public and --token.
 void add_view_place(CLI::App& command, Access& place);
 /// Also adds --view, --control and --wait. An opened view prints its URL.
 void add_view(CLI::App& command, ViewRequest& request);
+/// Prints the URL to standard output, or to standard error with --quiet or --json.
 void print_view(const std::string& url);
 
 /// Throws ConfigError "file:line: world.room: is 'kitchen', expected one of ..." for a missing robot or room.

@@ -26,17 +26,17 @@ void require_new_file(const fs::path& file, bool force, const std::string& optio
 /// it.
 void require_new_result(const fs::path& folder, bool force);
 
-/// How a command uses its folder: it is a result, or the command adds one result, or several while no other
+/// How a command uses its folder: as one result, or to add one result, or to add several while no other
 /// command writes there.
 enum class OutUse { result, adds_result, adds_results };
 
 /// The requested folder or a standard one. The destructor removes the marker and any empty folders that
-/// turned out to be unnecessary.
+/// were not needed.
 class OutFolder {
  public:
   /// Creates and marks a folder that results are added to. Throws UsageError or FileError if it cannot be
-  /// written, another process adds results, the program did not make it, or it is a result; for a result, as
-  /// require_new_result() does and if it contains the current folder.
+  /// written, another process adds results, the program did not make it, or it is a result. For a result,
+  /// throws as require_new_result() does, and if the folder contains the current folder.
   OutFolder(const OutRequest& request, const fs::path& standard, OutUse use);
   ~OutFolder();
   OutFolder(const OutFolder&) = delete;

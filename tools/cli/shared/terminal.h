@@ -17,7 +17,8 @@ namespace cli {
 using namespace sim;  // it contains only namespaces
 namespace fs = std::filesystem;
 
-/// Reports an invalid command line, as a text or a format with arguments; main prints it and exits with 2.
+/// An invalid command line, described by a text or a format with arguments; main prints it and exits with
+/// code 2.
 class UsageError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -50,11 +51,11 @@ void remember_command(int argc, char** argv);
 /// Returns the program as the user typed it, as a word for a shell.
 const std::string& typed_program();
 
-/// While an object lives, SIGINT (Ctrl-C), SIGTERM and SIGHUP print what the command keeps and the command
-/// line that resumes it, and then end the process as usual. Only one object may exist at a time.
+/// While an object lives, SIGINT (Ctrl-C), SIGTERM and SIGHUP print which results are kept and the command
+/// line that resumes the command, and then end the process as usual. Only one object may exist at a time.
 class OnInterrupt {
  public:
-  /// kept: says what is kept, and what the command line printed after it does.
+  /// kept: text that states what is kept and introduces the command line printed after it.
   explicit OnInterrupt(const std::string& kept);
   ~OnInterrupt();
   /// Sets the text that follows, which may be empty.

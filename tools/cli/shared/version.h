@@ -14,6 +14,7 @@ extern const char* const kRevision;
 /// A hash of the sources that affect recordings, which tools/cli/recording_sources.cmake lists.
 extern const char* const kRecordingSources;
 
+/// Returns the versions of Eigen, OpenCV and, if the program has the simulator, MuJoCo.
 std::map<std::string, std::string> libraries();
 
 /// Returns the place for a result made by this program, which replaces an earlier one.
