@@ -140,7 +140,7 @@ TEST_F(TrajectoryFileTest, APoseMayLackTheCovarianceThatOthersHave) {
 TEST_F(TrajectoryFileTest, LinesOfALostProgramAreLeftOutWithAWarning) {
   const TrajectoryFile lost = read("1 1 2 3 0 0 0 1\n2 nan nan nan nan nan nan nan\n3 1 2 3 0 0 0 1\n");
   EXPECT_EQ(lost.rows.size(), 2u);
-  EXPECT_EQ(lost.warning, "1 line without a position left out");
+  EXPECT_EQ(lost.warning, "1 line without a position skipped");
   expect_rejected(std::string("\x1f\x8b\x08\0", 4), ": is compressed, binary, UTF-16 or UTF-32");
 }
 

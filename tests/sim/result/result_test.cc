@@ -245,7 +245,7 @@ TEST_F(ScoreFile, AWrongTypeIsReportedWithItsKey) {
   for (const auto& [from, to, complaint] : std::vector<std::array<std::string, 3>>{
            {"\"completed\"", "\"done\"", "ending: is 'done', expected one of completed, fell"},
            {"0.25, \"unit\"", "\"0.25\", \"unit\"", "metrics.rmse_m.value: expected a number, found string"},
-           {"[{", "{\"a\": [{", ": is not JSON, or cut off here"},
+           {"[{", "{\"a\": [{", ": is not JSON or is cut off here"},
            {"\"limits\"", R"("tracking": {"suspect": [{"from_s": "x", "cause": ""}]}, "limits")",
             "tracking.suspect[0].from_s: expected a number"}})
     EXPECT_THAT(files::error_of([&, from = from, to = to] { table(from, to); }), HasSubstr(complaint)) << to;
