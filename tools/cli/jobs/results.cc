@@ -108,7 +108,7 @@ void print_complaints(const std::vector<ResultJob>& jobs, const std::vector<Resu
   std::map<std::pair<std::string, std::string>, std::vector<std::uint64_t>> seeds;
   for (std::size_t i = 0; i < jobs.size(); ++i)
     if (ends[i].exit_code > 1) seeds[{jobs[i].folder, ends[i].complaint}].push_back(jobs[i].seed());
-  std::set<std::string> shown;  // the last lines of failed programs, which name the exceptions
+  static std::set<std::string> shown;  // the last lines of failed programs, which name the exceptions
   for (const auto& [what, of] : seeds) {
     const auto& [folder, complaint] = what;
     const std::size_t end = complaint.find(result::kLastLines);
