@@ -112,7 +112,11 @@ Walked walked(const scenario::Scenario& scenario, const physics::Models& models,
   const Eigen::Isometry3d X_WB = robot.world().X_WB();
   result.path_m = (end.translation() - start.translation()).head<2>().norm();
   result.error_m = (X_WB.translation() - end.translation()).head<2>().norm();
-  result.yaw_error_rad = std::abs(std::remainder(yaw(X_WB) - yaw(end), 2 * std::numbers::pi));
+  const auto turn = [](const Eigen::Isometry3d& from, const Eigen::Isometry3d& to) {
+    return std::abs(std::remainder(yaw(to) - yaw(from), 2 * std::numbers::pi));
+  };
+  result.turn_rad = turn(start, end);
+  result.yaw_error_rad = turn(end, X_WB);
   result.slip_m = slip.sum_m();
   return result;
 } catch (const std::invalid_argument& e) {

@@ -27,9 +27,9 @@ struct Walked {
   std::array<int, 2> landings{};  ///< how often the left and the right foot have left the floor and landed
   double limited = 0;             ///< fraction of the ticks with a leg's torque at its limit
   double path_m = 0,
-         error_m = 0;        ///< distance from start to end of the commands, and from there to the robot
-  double yaw_error_rad = 0;  ///< at the end
-  double slip_m = 0;         ///< sum of the ways of the soles while each carries the robot alone
+         error_m = 0;  ///< distance from start to end of the commands, and from there to the robot
+  double turn_rad = 0, yaw_error_rad = 0;  ///< of the commands; of the robot from their end
+  double slip_m = 0;  ///< sum of the ways of the soles while each carries the robot alone
 
   /// Returns what is wrong in words: the problem, or a heading or place too far from the end of the commands
   /// (15 degrees; 10 % of the path, at least 0.05 m). Empty if the robot arrived.

@@ -72,12 +72,14 @@ struct Rating {
   double limited = 0, yaw_rad = 0, slip = 0;  ///< of completed walks: largest share; largest; largest share
 
   void add(const live::Walked& walk) {
-    constexpr double kFall = 6;
+    constexpr double kFall = 6, kYaw_rad_m = 3 * score::kDegree, kShare = 0.1;
     ++walks;
     if (!walk.problem.empty()) return void(cost += kFall + 2 * kFall * (1 - walk.lasted));
-    const double path = std::max(walk.path_m, 0.3), yaw = walk.yaw_error_rad / (15 * score::kDegree);
+    // Relative errors, so that a short walk in short steps is no better than a longer one.
+    const double path = std::max(walk.path_m, 0.3),
+                 yaw = walk.yaw_error_rad / (kYaw_rad_m * path + kShare * walk.turn_rad);
     arrived += walk.complaint().empty();
-    cost += std::min(kFall, walk.limited + yaw + (walk.error_m + walk.slip_m) / (0.1 * path));
+    cost += std::min(kFall, walk.limited + yaw + (walk.error_m + walk.slip_m) / (kShare * path));
     limited = std::max(limited, walk.limited);
     yaw_rad = std::max(yaw_rad, walk.yaw_error_rad);
     slip = std::max(slip, walk.slip_m / path);
