@@ -97,7 +97,8 @@ TEST_F(BatchTest, CachedRunsHaveTheSameBytesAndShareARecordingAcrossSensorErrors
 TEST_F(BatchTest, SeedsAreRecordedInParallelAndOnlyIfMissing) {
   EXPECT_THAT(ok("record stand.yaml --seeds 1,2 --jobs 2"), Has("seed 2: recorded, completed"));
   EXPECT_THAT(ok("record stand.yaml --seeds 1..3"), Has("seed 1: was in the cache", "seed 3: recorded"));
-  write("suites/ci.yaml", "seeds: 1..2\nscenarios: [{scenario: ../stand.yaml, gate: {plan_drift_x_m: {}}}]\n");
+  write("suites/ci.yaml",
+        "seeds: 1..2\nscenarios: [{scenario: ../stand.yaml, gate: {plan_drift_x_m: {}}}]\n");
   ok("baseline update suites/ci.yaml --reason first --out made --jobs 2");
   EXPECT_THAT(ok("regress suites/ci.yaml --out again --jobs 2 --cached"),
               AllOf(Has("2 seeds paired", "IDENTICAL"), Lacks("SAME")));
