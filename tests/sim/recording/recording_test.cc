@@ -121,6 +121,7 @@ TEST(Recording, CalibrationRigAndStartAreReadBackBitForBit) {
   const RecordingSetup &read = reader.setup(), &given = recorded.setup;
   EXPECT_EQ(camera_yaml(read.calibration, 0), camera_yaml(given.calibration, 0));  // numbers round-trip
   EXPECT_EQ(read.X_WC_start.matrix(), given.X_WC_start.matrix());
+  EXPECT_TRUE(read.calibration.level_floor);
   EXPECT_EQ(read.camera_rate_hz, 30);
   EXPECT_EQ(read.imu_rate_hz, 200);
   ASSERT_EQ(read.rig.size(), given.rig.size());
