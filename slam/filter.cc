@@ -17,7 +17,7 @@ Filter::Filter(const Options& options, const Calibration& calibration, const Eig
       kalman_(initial_state(X_WC_start, with_leg_odometry(options)),
               options.consistency.observability_constrained && options.known_landmarks.at_m.empty(),
               MatchBiases::places(options.vision, options.bounds)),
-      internal_(options, calibration.X_CG),
+      internal_(options, calibration),
       visual_(options, Camera(calibration.camera), seed),
       tracking_(options.tracking),
       sensors_(options) {
@@ -46,7 +46,7 @@ const FrameReport& Filter::step(const Observation& o) {
   if (now_)
     predict_and_update(o, planned);  // eq. (6), section IV
   else if (o.legs && !o.plan)
-    kalman_.reset_robot(initial_state(X_WC_start_, with_leg_odometry(without_plan(options_))));
+    start_without_plan();
   const VisualResult visual =
       visual_.step({o.image, depth_image(o), o.t, interval, stands_still(o, planned, options_),
                     o.plan || o.legs, frames_, kalman_, tracking_, report_});  // section III-A
@@ -57,6 +57,11 @@ const FrameReport& Filter::step(const Observation& o) {
   update_estimate(o.t);
   if (smoother_) smoother_->end_step(o.t, kalman_.state());
   return complete_report();
+}
+
+void Filter::start_without_plan() {
+  internal_.leave_level();
+  kalman_.reset_robot(initial_state(X_WC_start_, with_leg_odometry(without_plan(options_))));
 }
 
 void Filter::record() {
@@ -112,6 +117,11 @@ void Filter::monitor(const Observation& o, Stamp interval, const VisualResult& v
   sensors_.gyro().add(o.gyro);
   if (visual.statistics)
     sensors_.images().add(dt, visual.statistics->searched, visual.statistics->accepted, visual.deleted_young);
+  const bool by_legs = o.legs && options_.leg_odometry.enabled;
+  sensors_.matches().add(dt, nis_of(report_.innovations, "vision"));
+  sensors_.legs().add(dt, by_legs ? nis_of(report_.innovations, "plan_velocity") : std::nullopt);
+  sensors_.height().add(dt, nis_of(report_.innovations, "height"));
+  if (sensors_.height().fails()) internal_.leave_level();
   sensors_.images().add_health(dt, tracking_.health() != Health::ok, visual.good_image);
   if (report_.relocalized)
     sensors_.reset();

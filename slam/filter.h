@@ -32,6 +32,7 @@ class Filter {
   std::optional<std::string> objection(const Observation& observation) const;
   DepthImage depth_image(const Observation& observation) const;
   const FrameReport& refuse(Stamp t, const std::string& why);
+  void start_without_plan();
   void predict_and_update(const Observation& observation, const std::optional<PlannedInterval>& planned);
   void monitor(const Observation& observation, Stamp interval, const VisualResult& visual);
   void update_estimate(Stamp t);

@@ -17,7 +17,13 @@ constexpr double kMostAngularAcceleration_rad_s2 = 1000, kMostJerk_m_s3 = 20000;
 
 // A stumble takes some time, so leg odometry that was beyond its gate has less weight for a while.
 constexpr double kLegDoubt_s = 0.5;
+// Standard deviation of the legs' rotation rate in a frame. The heading drifts by 0.8 degrees in 3 s; the
+// tilt varies as fast, but within 0.3 degrees.
+constexpr double kLegRate_rad_s = 0.05;
 constexpr double kStumbled_m = 0.1;  // standard deviation of the legs' height during a stumble
+// Standard deviation of the legs' vertical velocity on a floor that is not level. Its errors add up from step
+// to step, as the lasting error of the height does.
+constexpr double kVertical_m_s = 0.01;
 
 /// The inputs from which the sensors' measurements of one frame are computed.
 struct Inputs {
@@ -29,6 +35,7 @@ struct Inputs {
   const Options& options;
   bool gyro_drives;  // the gyro drives the prediction and is not a measurement
   double leg_doubt;  // factor on the variance of leg odometry
+  bool level;        // the floor
 };
 
 using OptionalMeasurement = std::optional<Measurement>;
@@ -45,10 +52,19 @@ OptionalMeasurement rest(const Inputs& in) {
   return measure_rate(in.x, {Eigen::Vector3d::Zero(), sigma}, false);
 }
 
+/// Without the gyro, the legs measure the rotation.
+OptionalMeasurement leg_rate(const Inputs& in) {
+  const bool has_gyro = in.options.gyro.enabled && !in.observation.gyro.empty();
+  if (has_gyro || !in.options.plan_velocity.enabled || !in.planned || !in.planned->legs) return std::nullopt;
+  return measure_rate(in.x, {in.planned->legs->rate, kLegRate_rad_s}, false);
+}
+
 OptionalMeasurement leg_velocity(const Inputs& in) {
   if (!in.options.plan_velocity.enabled || !in.planned || !in.planned->legs) return std::nullopt;
   Measurement m = measure_velocity(in.x, *in.planned->legs, in.options.plan_velocity, kLegScale);
   m.R *= in.leg_doubt;
+  const Eigen::Vector3d up_C = rotation_matrix(in.x.segment<4>(kOrientation)).row(2);
+  if (!in.level) m.R += kVertical_m_s * kVertical_m_s * up_C * up_C.transpose();
   if (!in.planned->steady) m.sensitivity.setZero();
   return m;
 }
@@ -68,7 +84,7 @@ OptionalMeasurement height(const Inputs& in) {
   const std::optional<PlannedMotion>& plan = in.observation.plan;
   const std::optional<LegMotion>& legs = in.observation.legs;
   const bool by_legs = in.options.leg_odometry.enabled && legs;
-  if (!in.options.height.enabled || (!by_legs && !plan)) return std::nullopt;
+  if (!in.options.height.enabled || !(by_legs || (plan && in.level))) return std::nullopt;
   return measure_height(in.x, (by_legs ? legs->X_OC : plan->X_PC).translation().z(), in.options.height);
 }
 
@@ -84,6 +100,7 @@ struct Sensor {
 constexpr std::array kSensors{
     Sensor{gyro, kGate3, SensorIndex::gyro, "gyro is beyond its gate"},
     Sensor{rest, kGate3, std::nullopt, "the rate at rest is beyond its gate"},
+    Sensor{leg_rate, kGate3, std::nullopt, "the legs' rotation is beyond its gate"},
     Sensor{leg_velocity, kGate3, SensorIndex::plan_velocity, "leg odometry is beyond its gate"},
     Sensor{plan_velocity, kGate3, SensorIndex::plan_velocity, "planned velocity is beyond its gate"},
     Sensor{commanded_velocity, kGate2, SensorIndex::plan_velocity, "commanded velocity is beyond its gate"},
@@ -114,12 +131,13 @@ bool adjoin(std::optional<InertialSample> last, const std::vector<InertialSample
 
 }  // namespace
 
-InternalMeasurements::InternalMeasurements(const Options& options, const Eigen::Isometry3d& X_CG)
+InternalMeasurements::InternalMeasurements(const Options& options, const Calibration& calibration)
     : options_(options),
       leg_options_(with_leg_odometry(options)),
-      unplanned_options_(with_leg_odometry(without_plan(options))),
+      floor_options_(with_leg_odometry(on_any_floor(options))),
       command_options_(with_command(options)),
-      X_CG_(X_CG) {}
+      X_CG_(calibration.X_CG),
+      level_(calibration.level_floor) {}
 
 /// Returns the gyro's rate if it should drive the prediction and either the motion model allows the change of
 /// rate or the readings continue the ones that drove the last prediction.
@@ -138,7 +156,7 @@ Prediction InternalMeasurements::predict(const Observation& o, Stamp previous,
                                          FrameReport& report) {
   const double dt = seconds(o.t - previous);
   const RobotVector x = state.robot();
-  const Options& options = planned && planned->legs      ? (o.plan ? leg_options_ : unplanned_options_)
+  const Options& options = planned && planned->legs      ? (level_ ? leg_options_ : floor_options_)
                            : planned && planned->command ? command_options_
                                                          : options_;
   if (options_.accelerometer.enabled && !o.accelerometer.empty())
@@ -163,8 +181,8 @@ Prediction InternalMeasurements::predict(const Observation& o, Stamp previous,
     const Prediction prediction = predicted(increment);
     const Eigen::Vector3d V = prediction.x.segment<3>(kVelocity) - x.segment<3>(kVelocity);
     const double sigma = options.motion.sigma_acceleration_m_s2 * dt;
-    const Inputs in{prediction.x, o, later_, planned, plan_.at_rest(), options_, true, leg_doubt_};
-    const auto velocity = !o.plan                    ? std::nullopt
+    const Inputs in{prediction.x, o, later_, planned, plan_.at_rest(), options_, true, leg_doubt_, level_};
+    const auto velocity = !level_                    ? std::nullopt
                           : planned && planned->legs ? leg_velocity(in)
                                                      : plan_velocity(in);
     const bool continues = adjoin(last_force, o.accelerometer, kMostJerk_m_s3);
@@ -191,7 +209,7 @@ bool InternalMeasurements::update(const Observation& o, Stamp previous,
   static_assert(kSensors.size() == std::tuple_size_v<decltype(whitened_)>);
   for (const Sensor& sensor : kSensors) {
     auto m = sensor.measure(
-        {x, o, later_, planned, plan_.at_rest(), options_, gyro_rate_.has_value(), leg_doubt_});
+        {x, o, later_, planned, plan_.at_rest(), options_, gyro_rate_.has_value(), leg_doubt_, level_});
     std::optional<Eigen::Vector3d>& whitened = whitened_[static_cast<std::size_t>(&sensor - kSensors.data())];
     if (!m) {
       whitened.reset();
@@ -201,7 +219,7 @@ bool InternalMeasurements::update(const Observation& o, Stamp previous,
     const Nis nis = normalized_innovation_squared(kalman.state(), *m, &whitened);
     const bool accepted = nis.value < sensor.gate;
     if (sensor.measure == leg_velocity && !accepted) leg_doubt_ *= nis.value / sensor.gate;
-    if (sensor.measure == height) stumbled_ = !accepted && !o.plan;
+    if (sensor.measure == height) stumbled_ = !accepted && !level_;
     if (sensor.index) {
       report.innovations.push_back({kSensorNames[static_cast<std::size_t>(*sensor.index)], nis});
       report.note(*sensor.index, accepted ? SensorUse::accepted : SensorUse::readings);

@@ -11,7 +11,9 @@ namespace slam {
 /// rejections in a FrameReport.
 class InternalMeasurements {
  public:
-  InternalMeasurements(const Options& options, const Eigen::Isometry3d& X_CG);
+  InternalMeasurements(const Options& options, const Calibration& calibration);
+  /// From now on, the floor is not taken to be level.
+  void leave_level() { level_ = false; }
   /// Adds the plan, leg odometry and command of an observation. Returns the motion since the previous
   /// observation, dt_s ago.
   std::optional<PlannedInterval> advance_plan(const Observation& observation, double dt_s) {
@@ -31,18 +33,18 @@ class InternalMeasurements {
  private:
   std::optional<MeanRate> driving_rate(const RobotVector& x) const;
 
-  // The options as given, and with the noises of leg odometry, of leg odometry without a plan, and of the
-  // command.
-  Options options_, leg_options_, unplanned_options_, command_options_;
+  // As given, and with the noises of leg odometry, of leg odometry on any floor, and of the command.
+  Options options_, leg_options_, floor_options_, command_options_;
   Eigen::Isometry3d X_CG_;                             // as calibrated
   std::optional<Eigen::Isometry3d> X_CG_by_encoders_;  // the newest
   PlanHistory plan_;
-  std::optional<MeanRate> gyro_rate_;                       // drives the newest prediction
-  std::optional<InertialSample> last_rate_, last_force_;    // the last readings that drove it
-  double leg_doubt_ = 1;                                    // factor on the variance of leg odometry
+  std::optional<MeanRate> gyro_rate_;                     // drives the newest prediction
+  std::optional<InertialSample> last_rate_, last_force_;  // the last readings that drove it
+  double leg_doubt_ = 1;                                  // factor on the variance of leg odometry
+  bool level_;
   bool stumbled_ = false;                                   // the legs' height was beyond its gate
-  std::array<std::optional<Eigen::Vector3d>, 6> whitened_;  // innovations of the last frame, by sensor
-  InertialInterval earlier_, later_;                        // readings of the last two frame intervals
+  std::array<std::optional<Eigen::Vector3d>, 7> whitened_;  // of the last frame, by sensor
+  InertialInterval earlier_, later_;                        // of the last two frame intervals
 
   // Work space, kept so that a step in the steady state takes no heap memory.
   std::vector<Measurement> accepted_;

@@ -27,6 +27,10 @@ constexpr double kScatter = 1.5;    // bound on the gyro's scatter, relative to 
 constexpr double kMemory = 1200;    // second differences: 2 s of three axes
 constexpr double kFewest = 600;     // second differences
 
+constexpr double kInnovationMemory_s = 5;
+constexpr double kFewestFrames = 30;
+constexpr double kLargestNis = 1.5;  // per degree of freedom; at most 1.2 with right noises on level floors
+
 constexpr double kImageMemory_s = 5;
 constexpr double kFewestSearches = 60;
 constexpr double kLeastFoundAgain = 0.6;  // fraction of the landmarks searched for
@@ -113,12 +117,12 @@ bool TrackingMonitor::MovingMean::exceeds(const std::optional<double>& value, do
 }
 
 void TrackingMonitor::judge(const TrackingStatistics& s) {
-  if (health_ != Health::ok) return;
   in_doubt_ = matching_failed(s);
+  if (health_ != Health::ok) return;
   failing_s_ = std::max(0.0, failing_s_ + (in_doubt_ ? s.dt_s : -s.dt_s));
   const bool vision = vision_.exceeds(s.vision_nis, kVisionBound);
   const bool height = height_.exceeds(s.height_nis, kHeightBound);
-  if (failing_s_ > options_.lost_after_s) return lose("almost no landmarks were found");
+  if (failing_s_ > options_.lost_after_s) return lose("almost no landmarks were found", true);
   if (vision) return lose("matches are further from their predicted pixels than the covariance allows");
   if (height) return lose("the height is further from the planned one than the covariance allows");
 }
@@ -206,6 +210,14 @@ bool ImageTest::fails() const {
   return (not_found && unreliable_ > kMostUnreliable) || losses_ > kMostLosses;
 }
 
+void InnovationTest::add(double dt_s, const std::optional<Nis>& nis) {
+  const double keep = std::exp(-dt_s / kInnovationMemory_s);
+  nis_ *= keep, dof_ *= keep, frames_ *= keep;
+  if (nis) nis_ += nis->value, dof_ += nis->dof, ++frames_;
+}
+
+bool InnovationTest::fails() const { return frames_ > kFewestFrames && nis_ > kLargestNis * dof_; }
+
 void SensorMonitor::add(const Evidence& evidence, double dt_s) {
   const double keep = std::exp(-dt_s / kEvidenceMemory_s);
   for (std::size_t k = 0; k < evidence.size(); ++k) {
@@ -225,6 +237,9 @@ std::optional<std::string> SensorMonitor::suspect() const {
   if (options_.gyro.enabled && gyro_.scatters())
     return "inconsistent: gyro, its readings scatter more than 1.5 times as much as assumed";
   if (images_.fails()) return "inconsistent: images, landmarks are not found at their predicted pixels";
+  if (matches_.fails()) return "inconsistent: images, their matches scatter more than assumed";
+  if (height_.fails()) return "inconsistent: height, the floor is not level";
+  if (legs_.fails()) return "inconsistent: leg odometry, its velocities scatter more than assumed";
   const Options::Tracking& bounds = options_.tracking;
   const bool has_vision = options_.vision.enabled,
              has_scale = has_vision && options_.plan_velocity.enabled && options_.accelerometer.enabled;

@@ -138,6 +138,18 @@ class ImageTest {
   double before_ = 0;  // losses_ before the last loss
 };
 
+/// Compares the innovations of a sensor with their covariance. They are too large if its assumed noise is too
+/// small, and those of the height if the floor is not level.
+class InnovationTest {
+ public:
+  void add(double dt_s, const std::optional<Nis>& nis);
+  /// True if the mean NIS of the last seconds is more than 1.5 per degree of freedom.
+  bool fails() const;
+
+ private:
+  double nis_ = 0, dof_ = 0, frames_ = 0;  // older ones weigh less
+};
+
 /// Tests the sensors against their models. A constant systematic error δ from the start is tested against δ =
 /// 0 (Willsky & Jones 1976: generalized likelihood ratio); the filter keeps ∂ν/∂δ of every innovation ν.
 /// Evidence is forgotten with a time constant of 30 s, and an error of up to 2 % counts as ordinary.
@@ -149,10 +161,12 @@ class SensorMonitor {
   void add(const Evidence& evidence, double dt_s);
   GyroNoiseTest& gyro() { return gyro_; }
   ImageTest& images() { return images_; }
-  /// Forgets the evidence of the innovations, for use after the pose was reset.
-  void reset() { sums_ = {}; }
-  /// Returns how far the estimated δ lies outside ±2 %, in standard deviations of δ and with its sign; 0
-  /// within ±2 %.
+  InnovationTest& matches() { return matches_; }
+  InnovationTest& legs() { return legs_; }
+  InnovationTest& height() { return height_; }
+  /// Forgets the evidence of the innovations, after the pose was reset.
+  void reset() { sums_ = {}, matches_ = legs_ = height_ = {}; }
+  /// How far the estimated δ lies outside ±2 %, in its standard deviations and with its sign; 0 within ±2 %.
   double sigmas(int error) const;
   /// Returns a message such as "inconsistent: plan, its distances are too long by 9 standard deviations", or
   /// nothing if all is consistent. The gyro comes first and the plan last, because the evidence against the
@@ -164,6 +178,7 @@ class SensorMonitor {
   Evidence sums_{};
   GyroNoiseTest gyro_;
   ImageTest images_;
+  InnovationTest matches_, legs_, height_;
 };
 
 }  // namespace slam

@@ -144,15 +144,19 @@ Options with_leg_odometry(Options options) {
   return options;
 }
 
+Options on_any_floor(Options options) {
+  options.height.sigma_lasting_m = std::max(options.height.sigma_lasting_m, 0.03);
+  options.height.lasting_s = std::max(options.height.lasting_s, 30.0);
+  return options;
+}
+
 Options without_plan(Options options) {
   Options::Start& start = options.start;
   start.sigma_position_m = std::max(start.sigma_position_m, 0.03);
   start.sigma_orientation_rad = std::max(start.sigma_orientation_rad, 0.02);
   start.sigma_velocity_m_s = std::max(start.sigma_velocity_m_s, 0.3);
   start.sigma_rate_rad_s = std::max(start.sigma_rate_rad_s, 0.3);
-  options.height.sigma_lasting_m = std::max(options.height.sigma_lasting_m, 0.03);
-  options.height.lasting_s = std::max(options.height.lasting_s, 30.0);
-  return options;
+  return on_any_floor(options);
 }
 
 RobotState initial_state(const Eigen::Isometry3d& X_WC, const Options& options) {

@@ -14,8 +14,9 @@ Options with_command(Options options);
 /// velocity's.
 Options with_leg_odometry(Options options);
 
-/// Returns the options without a plan: the robot may start in motion and anywhere near the nominal pose,
-/// and the height from leg odometry drifts from step to step.
+/// The options on a floor that is not level: the height from leg odometry drifts from step to step.
+Options on_any_floor(Options options);
+/// The options without a plan: the robot may start in motion and only near the nominal pose.
 Options without_plan(Options options);
 
 /// Mean and covariance of a robot at rest with its camera near X_WC. The covariance is diagonal except for

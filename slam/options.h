@@ -52,6 +52,7 @@ struct Calibration {
   CameraIntrinsics camera;
   Eigen::Isometry3d X_CG = Eigen::Isometry3d::Identity();  ///< chest IMU in the camera's frame
   std::optional<AlignedDepth> depth = {};
+  bool level_floor = true;  ///< the robot walks on the plane z = 0, as far as it knows
 };
 
 /// The axes along which the planned velocity is measured: the robot's or the plan's world's.

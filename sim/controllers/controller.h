@@ -64,6 +64,8 @@ class Controller {
   /// Returns whether reference() and following() are the controller's own plan. Otherwise they are the path
   /// that it is commanded to walk.
   virtual bool has_plan() const { return true; }
+  /// Returns whether the floor is known to be the level floor of the plan.
+  virtual bool is_level() const { return has_plan(); }
   /// The plan at this tick and at the next one.
   virtual const walking::Reference& reference() const = 0;
   virtual walking::Reference following() const = 0;

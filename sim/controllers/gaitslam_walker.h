@@ -82,7 +82,7 @@ typedef struct gaitslam_walk_ready {
   uint32_t wants_path;  /* 1: SENSORS contain the path ahead */
   uint32_t has_plan;    /* 1: `plan` is the plan at the start, with the base's start pose */
   uint32_t joint_count; /* number of gaitslam_commanded_joint that follow */
-  uint32_t reserved;    /* 0 */
+  uint32_t slopes;      /* 1: it adapts to slopes, so the floor of its plan is not known to be level */
   gaitslam_walk_plan plan;
 } gaitslam_walk_ready; /* 504 bytes */
 

@@ -138,7 +138,7 @@ Ready read_ready(std::string_view payload, const walking::Robot& robot) {
   require_speed(words.largest_vy_m_s, "largest vy");
   require_speed(words.largest_wz_rad_s, "largest wz");
   require(words.duration_s >= 0 && std::isfinite(words.duration_s), "its duration is negative or not finite");
-  flag(words.stands, "stands"), flag(words.wants_path, "wants_path");
+  flag(words.stands, "stands"), flag(words.wants_path, "wants_path"), flag(words.slopes, "slopes");
   const bool plans = flag(words.plans, "plans");
   require(plans || words.largest_vx_m_s + words.largest_wz_rad_s > 0,
           "its largest speeds are 0, expected positive speeds or `plans`");

@@ -42,6 +42,7 @@ class ProgramController : public Controller {
   bool walks() const override { return follower_ ? stopping_s_ < kStopping_s : !finished_; }
   double progress() const override;
   bool has_plan() const override { return ready_.words.has_plan == 1; }
+  bool is_level() const override { return has_plan() && ready_.words.slopes == 0; }
   const walking::Reference& reference() const override { return has_plan() ? plan_.now : path_.now; }
   walking::Reference following() const override { return has_plan() ? plan_.next : path_.next; }
   std::optional<Ticks> path() const override { return follower_ ? std::optional(path_) : std::nullopt; }

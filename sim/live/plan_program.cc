@@ -67,6 +67,7 @@ class PlanProgram {
     ready.plans = 1;
     ready.duration_s = static_cast<double>(controller_.ticks()) * walking::kPeriod;
     ready.has_plan = options_.plan;
+    ready.slopes = options_.slope;
     ready.plan = plan();
     ready.joint_count = static_cast<std::uint32_t>(commanded_.size());
     return commanded_.data();

@@ -141,7 +141,7 @@ class SensingRobot {
         gyro_(scenario.seed, "felt gyro noise"),
         accelerometer_(scenario.seed, "felt accelerometer noise"),
         legs_(models.robot, controller->reference().X_PB,
-              controller->has_plan() ? walking::Floor::level : walking::Floor::any),
+              controller->is_level() ? walking::Floor::level : walking::Floor::any),
         robot_(std::move(controller), scenario.world,
                plant_variation(scenario.seed, scenario.world, static_cast<int>(models.robot.joints.size())),
                models, Eigen::Isometry3d::Identity(), &legs_),
@@ -154,8 +154,12 @@ class SensingRobot {
   const physics::WalkingRobot* operator->() const { return &robot_; }
   const walking::LegOdometry& legs() const { return legs_; }
   const Mounting& mounting() const { return mounting_; }
-  /// Returns the camera pose at t = 0 as known to the robot: from its plan, or from its legs since it was
-  /// released.
+  recording::RecordingSetup setup(const scenario::Scenario& scenario, const walking::Robot& robot) const {
+    recording::RecordingSetup setup = recording_setup(scenario, robot, mounting_, start());
+    setup.calibration.level_floor = robot_.controller().is_level();
+    return setup;
+  }
+  /// The camera at t = 0 as the robot knows it: by its plan, or by its legs since it was released.
   Eigen::Isometry3d start() const {
     if (robot_.controller().has_plan()) return robot_.reference().X_PB * mounting_.X_BC;
     const physics::World& world = robot_.world();
@@ -257,7 +261,7 @@ Run::Run(const scenario::ReadScenario& read, const Start& start, const std::file
     : read_(read),
       observer_(observer),
       robot_(read.scenario, start.controller(read.scenario), start.models),
-      setup_(recording_setup(read.scenario, start.models.robot, robot_.mounting(), robot_.start())),
+      setup_(robot_.setup(read.scenario, start.models.robot)),
       tracking_(read.scenario.slam ? std::optional<tracking::Tracking>(
                                          std::in_place, read.scenario, setup_.calibration, setup_.X_WC_start,
                                          setup_.camera_rate_hz, setup_.rig, setup_.joints)
@@ -463,8 +467,7 @@ std::optional<walking::PatternGenerator> check(const scenario::ReadScenario& rea
     return std::nullopt;
   }
   SensingRobot robot(read.scenario, start.controller(read.scenario), start.models);
-  const recording::RecordingSetup setup =
-      recording_setup(read.scenario, start.models.robot, robot.mounting(), robot.start());
+  const recording::RecordingSetup setup = robot.setup(read.scenario, start.models.robot);
   if (read.scenario.slam && read.scenario.estimator.source == programs::Source::program)
     programs::require_program(read.scenario.estimator, "estimator");
   else if (read.scenario.slam)

@@ -190,7 +190,7 @@ struct ReadSensors : AslSensors {
     });
     const fs::path plan = folder / sensor_file("plan0"), legs = folder / sensor_rows("legs0");
     if (fs::exists(plan))
-      setup.X_WC_start = read_pose(yaml(plan), "T_WC_start");
+      read_plan_yaml(yaml(plan), setup);
     else if (fs::exists(legs))
       setup.X_WC_start = first_pose(legs);
     else if (!a_G.isZero())  // it points up

@@ -134,7 +134,7 @@ struct RecordingReader::Files {
                         kEpoch);
     }
     read_camera_yaml(yaml(sensor_file("cam0")), setup);
-    setup.X_WC_start = read_pose(yaml(sensor_file("plan0")), "T_WC_start");
+    read_plan_yaml(yaml(sensor_file("plan0")), setup);
     for (std::size_t i = 0; i < sources.size(); ++i)
       if (const MotionSource& source = motion_sources()[i]; manifest.lists(sensor_rows(source.name))) {
         manifest.check(sensor_file(source.name));

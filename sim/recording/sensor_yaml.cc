@@ -333,9 +333,11 @@ std::string body_sensor_yaml(const BodySensor& sensor, const RecordingSetup& set
 }
 
 std::string motion_source_yaml(const MotionSource& source, const RecordingSetup& setup) {
+  const bool plan = source.in == motion_sources()[0].in;
   return head(source.name.substr(0, source.name.size() - 1), source.comment) +
          fmt::format("rate_hz: {}\n", setup.camera_rate_hz) +
-         (source.in == motion_sources()[0].in ? matrix("T_WC_start", setup.X_WC_start) : "");
+         (plan ? matrix("T_WC_start", setup.X_WC_start) : "") +
+         (plan && !setup.calibration.level_floor ? "level_floor: false\n" : "");
 }
 
 std::string motion_yaml() {
@@ -440,6 +442,15 @@ Eigen::Isometry3d read_pose(const YamlFile& text, const std::string& key, const 
   const SensorFile file(text);
   if (const auto X = file.pose(key, inverse)) return *X;
   return file.pose(key);
+}
+
+void read_plan_yaml(const YamlFile& text, RecordingSetup& setup) {
+  const SensorFile file(text);
+  setup.X_WC_start = file.pose("T_WC_start");
+  const Yaml* const level = file.find("level_floor");
+  if (level && level->text != "true" && level->text != "false")
+    fail(*level, "level_floor", "expected true or false");
+  setup.calibration.level_floor = !level || level->text == "true";
 }
 
 void require_same_mounting(const fs::path& camera_file, const StatedCamera& camera, const fs::path& imu_file,

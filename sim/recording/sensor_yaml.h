@@ -59,6 +59,8 @@ struct StatedImu {
 StatedImu read_imu_yaml(const YamlFile& file);
 /// Reads a pose from its key or from its inverse's key.
 Eigen::Isometry3d read_pose(const YamlFile& file, const std::string& key, const std::string& inverse = {});
+/// Reads the file of plan0: the start, and whether the floor is level (the default).
+void read_plan_yaml(const YamlFile& file, RecordingSetup& setup);
 /// Throws FileError if the camera's two poses do not agree with the mounting of the IMU.
 void require_same_mounting(const fs::path& camera_file, const StatedCamera& camera, const fs::path& imu_file,
                            const StatedImu& imu);

@@ -158,6 +158,51 @@ TEST(Filter, WithoutAPlanTheStartIsMoreUncertain) {
   }
 }
 
+/// The height of a filter after a walk in which leg odometry climbs at 50 mm/s, and whether the height was
+/// suspect.
+std::pair<double, bool> height_after_climbing(bool level) {
+  Calibration calibration = synthetic::calibration();
+  calibration.level_floor = level;
+  Options options;
+  options.vision.enabled = options.accelerometer.enabled = false;
+  Filter filter(options, calibration, short_walk().walk().X_WC(0), 1);
+  bool suspect = false;
+  for (int k = 0; k < short_walk().walk().frames(); ++k) {
+    Observation o = short_walk().observation(k);
+    o.legs = LegMotion{o.plan->X_PC, o.plan->p_CF};
+    o.legs->X_OC.translation().z() += 0.05 * std::max(0, k - 30) / 30;
+    suspect = suspect || filter.step(o).suspect == "inconsistent: height, the floor is not level";
+  }
+  return {filter.estimate().X_WC.translation().z() - short_walk().walk().X_WC(0).translation().z(), suspect};
+}
+
+TEST(Filter, ClimbsIfTheFloorIsNotLevel) {
+  const auto [height_m, suspect] = height_after_climbing(false);
+  EXPECT_NEAR(height_m, 0.125, 0.02);
+  EXPECT_FALSE(suspect);
+}
+
+TEST(Filter, AHeightThatContradictsTheOtherSensorsIsSuspectAndLosesItsWeight) {
+  double sigma[2], error_m[2];
+  for (const bool wrong : {false, true}) {
+    Filter filter = filter_at_start({});
+    bool suspect = false;
+    const int frames = short_walk().walk().frames();
+    for (int k = 0; k < frames; ++k) {
+      Observation o = short_walk().observation(k);
+      if (wrong) o.plan->X_PC.translation().z() += k / 15 % 2 == 0 ? 0.02 : -0.02;
+      suspect = suspect || filter.step(o).suspect == "inconsistent: height, the floor is not level";
+    }
+    EXPECT_EQ(suspect, wrong);
+    sigma[wrong] = std::sqrt(filter.estimate().covariance(5, 5));
+    error_m[wrong] =
+        filter.estimate().X_WC.translation().z() -
+        short_walk().walk().X_WC(seconds(short_walk().walk().stamp(frames - 1))).translation().z();
+  }
+  EXPECT_GT(sigma[1], 1.5 * sigma[0]);
+  EXPECT_LT(std::abs(error_m[1]), 4 * sigma[1]);
+}
+
 TEST(Filter, RejectsMalformedObservationsWithoutChangingABit) {
   Filter filter = filter_at_start(Options{}), undisturbed = filter_at_start(Options{});
   for (Filter* f : {&filter, &undisturbed}) step(*f, 0, 40);

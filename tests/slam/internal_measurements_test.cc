@@ -7,17 +7,20 @@ namespace {
 
 /// A filter without vision on a synthetic walk, at its frame 59.
 struct Walking {
-  explicit Walking(const Options& o = {}, int frames = 60) : options(o) {
+  explicit Walking(const Options& o = {}, int frames = 60, bool level = true)
+      : options(o), calibration(synthetic::calibration()) {
+    calibration.level_floor = level;
+    internal.emplace(options, calibration);
     for (int k = 0; k < frames; ++k) step(recording.observation(k));
   }
   void step(const Observation& o) {
-    const auto planned = internal.advance_plan(o, now ? seconds(o.t - *now) : 0);
+    const auto planned = internal->advance_plan(o, now ? seconds(o.t - *now) : 0);
     if (now) {
       report = {};
-      predicted = internal.predict(o, *now, planned, kalman.state(), report);
+      predicted = internal->predict(o, *now, planned, kalman.state(), report);
       kalman.predict(predicted.x, predicted.F, predicted.Q);
       before = kalman.state().P().diagonal();
-      updated = internal.update(o, *now, planned, kalman, report);
+      updated = internal->update(o, *now, planned, kalman, report);
     }
     now = o.t;
   }
@@ -29,13 +32,22 @@ struct Walking {
   synthetic::Recording recording{synthetic::Walk{}};
   Kalman kalman{initial_state(synthetic::Walk{}.X_WC(0), options),
                 options.consistency.observability_constrained};
-  InternalMeasurements internal{options, synthetic::calibration().X_CG};
+  Calibration calibration;
+  std::optional<InternalMeasurements> internal;
   std::optional<Stamp> now;
   Prediction predicted;
   Eigen::VectorXd before;  // variances before the last update
   FrameReport report;
   bool updated = false;
 };
+
+/// The largest variance of the orientation, rad².
+double pose_sigma2(const State& state) {
+  Eigen::Vector4d inverse = state.orientation();
+  inverse.tail<3>() *= -1;
+  const Eigen::Matrix<double, 3, 4> J = 2 * left_matrix(inverse).bottomRows<3>();
+  return (J * state.P().block<4, 4>(kOrientation, kOrientation) * J.transpose()).diagonal().maxCoeff();
+}
 
 TEST(InternalMeasurements, IncludeGyroVelocityAndHeightAndReduceTheUncertainty) {
   Options options;
@@ -169,7 +181,7 @@ TEST(InternalMeasurements, AFastMotionIsNotMistakenForAFault) {
 }
 
 TEST(InternalMeasurements, LegsThatStumbleCountLessForAWhileAndTheirHeightStartsAnew) {
-  Walking walk;
+  Walking walk({}, 60, false);
   const auto step = [&](int k, double stumbled_m) {
     Observation o = walk.recording.observation(k);
     o.legs = LegMotion{o.plan->X_PC, o.plan->p_CF};
@@ -185,6 +197,42 @@ TEST(InternalMeasurements, LegsThatStumbleCountLessForAWhileAndTheirHeightStarts
   const auto [velocity, height] = step(62, 0.6);
   EXPECT_LT(velocity->value, 0.1 * first);
   EXPECT_LT(height->value, 10.83);
+}
+
+TEST(InternalMeasurements, WithoutTheGyroTheLegsMeasureTheRotation) {
+  double error_rad[2];
+  for (const bool has_legs : {false, true}) {
+    Walking walk;
+    for (int k = 60; k < 105; ++k) {
+      Observation o = walk.recording.observation(k);
+      const synthetic::Walk& truth = walk.recording.walk();
+      const Eigen::Isometry3d X_WC = truth.X_WC(seconds(truth.stamp(k)));
+      if (has_legs) o.legs = LegMotion{X_WC, o.plan->p_CF};
+      o.gyro.clear(), o.accelerometer.clear();
+      walk.step(o);
+      const Eigen::Matrix3d R_WC = rotation_matrix(walk.kalman.state().orientation());
+      error_rad[has_legs] = Eigen::AngleAxisd(R_WC.transpose() * X_WC.linear()).angle();
+    }
+    const double sigma = std::sqrt(pose_sigma2(walk.kalman.state()));
+    EXPECT_EQ(sigma < 0.03, has_legs) << sigma;
+  }
+  EXPECT_LT(error_rad[1], 0.01);
+  EXPECT_GT(error_rad[0], error_rad[1]);
+}
+
+TEST(InternalMeasurements, OnAFloorThatIsNotLevelTheLegsHardlyMeasureTheVerticalVelocity) {
+  double sigma[2];
+  for (const bool level : {false, true}) {
+    Walking walk({}, 60, level);
+    for (int k = 60; k < 65; ++k) {
+      Observation o = walk.recording.observation(k);
+      o.legs = LegMotion{o.plan->X_PC, o.plan->p_CF};
+      o.accelerometer.clear();
+      walk.step(o);
+    }
+    sigma[level] = std::sqrt(walk.kalman.state().P()(kVelocity + 2, kVelocity + 2));
+  }
+  EXPECT_GT(sigma[0], 2 * sigma[1]);
 }
 
 /// The scale of a plan, found in a walk of 7 s with leg odometry, a step every 0.8 s, and the speed at its

@@ -69,6 +69,10 @@ TEST_F(ControllerTest, TheBuiltInControllerWalksOntoARampUsingTheSlopeOfItsSoles
                                     "floor friction 0.70"));
   const auto outcome = run("slope", read(kRamp, {program(", options: {slope: true}")}));
   EXPECT_EQ(outcome.ending, Ending::completed) << outcome.cause;
+  const sim::recording::RecordingReader level_reader(folder_ / "level" / "recording"),
+      slope_reader(folder_ / "slope" / "recording");
+  EXPECT_TRUE(level_reader.setup().calibration.level_floor);
+  EXPECT_FALSE(slope_reader.setup().calibration.level_floor);
 }
 
 TEST_F(ControllerTest, AProgramRejectsInputOtherThanItsMessages) {

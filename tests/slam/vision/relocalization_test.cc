@@ -244,6 +244,26 @@ TEST(Relocalization, AFilterWithACoveredViewContinuesAtItsPredictionButNotAfterA
   }
 }
 
+TEST(Relocalization, AFilterThatKnowsItsPoseStartsLandmarksOnNewGroundBehindACover) {
+  const synthetic::Recording turning = synthetic::recorded(5, 0.6, 15);
+  const synthetic::Walk& truth = turning.walk();
+  Options options;
+  options.tracking.lost_after_s = 0.3, options.tracking.give_up_s = 2.5;
+  Filter filter(options, synthetic::calibration(), truth.X_WC(0), 1);
+  const int from = 30, to = 60;  // meanwhile, the robot turns by 86 degrees
+  bool lost = false;
+  for (int k = 0; k < 75; ++k) {
+    Observation o = turning.observation(k);
+    if (k >= from && k < to) cover(k).rowRange(0, 192).copyTo(o.image.rowRange(0, 192));
+    const Health health = filter.step(o).health;
+    lost = lost || health == Health::lost;
+    EXPECT_TRUE(k < to + 5 || health == Health::ok) << k;
+    const Eigen::Vector3d p_WC = truth.X_WC(seconds(truth.stamp(k))).translation();
+    EXPECT_LT((filter.estimate().X_WC.translation() - p_WC).norm(), 0.05) << k;
+  }
+  EXPECT_TRUE(lost);
+}
+
 TEST(Relocalization, AFilterThatDoesNotRecognizeItsMapDiverges) {
   Options::Tracking tracking;
   tracking.lost_after_s = tracking.give_up_s = 0.3;
