@@ -19,7 +19,8 @@ Eigen::Isometry3d measured_sole_in_base(const Robot& robot, Side side, const Leg
 /// how the pads yield.
 Eigen::Isometry3d floor_under_sole(const Leg& leg, const Wrench& lagged);
 
-/// level: the floor is the plane z = 0, as on a planned walk without slopes. any: its height and slope are unknown.
+/// level: the floor is the plane z = 0, as on a planned walk without slopes. any: its height and slope are
+/// unknown.
 enum class Floor { level, any };
 
 /// Tracks the waist in the odometry's own world O, which drifts from the true world as soles slip.
