@@ -110,13 +110,13 @@ TEST(Recording, CalibrationRigAndStartAreReadBackBitForBit) {
   const RecordingSetup &read = reader.setup(), &given = recorded.setup;
   EXPECT_EQ(read.X_WC_start.matrix(), given.X_WC_start.matrix());
   EXPECT_TRUE(read.calibration.level_floor);
-  EXPECT_EQ(read.camera_rate_hz, 30);
-  EXPECT_EQ(read.imu_rate_hz, 200);
-  ASSERT_EQ(read.rig.size(), given.rig.size());
-  for (std::size_t i = 0; i < read.rig.size(); ++i) {
-    EXPECT_EQ(numbers_of(read.rig[i]), numbers_of(given.rig[i]));
-    EXPECT_EQ(camera_yaml({read.rig[i].camera, read.rig[i].X_CS}, 0),
-              camera_yaml({given.rig[i].camera, given.rig[i].X_CS}, 0));
+  RecordingWriter(folder / "again", read).finish();  // numbers round-trip, and each is generic
+  for (const char* sensor : {"cam0", "cam1", "rgb0", "depth0", "lidar0", "imu0", "imu1"}) {
+    const auto stated = [&](const char* in) {
+      const std::string text = files::read_text(folder / in / "mav0" / sensor / "sensor.yaml");
+      return text.substr(0, text.find("first_interval"));  // of the readings
+    };
+    EXPECT_EQ(stated("again"), stated("r")) << sensor;
   }
   double before = reader.part();
   EXPECT_LT(before, 0.5);
