@@ -2,6 +2,7 @@
  * is the number of the message (0 for the start, 1 for the first observation). With argument 3, "header", it
  * runs as a program made by gaitslam_estimator.h. */
 #include <math.h>
+#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -37,6 +38,7 @@ static void give_header(uint32_t type, uint64_t bytes) {
 static void misbehave(void) {
   int i;
   if (is("crash")) abort();
+  if (is("killed")) raise(SIGKILL);
   if (is("exit")) exit(5);
   if (is("hang")) pause();
   if (is("sleeps")) usleep(50000);

@@ -109,7 +109,7 @@ TEST_F(CacheTest, ADamagedRecordingIsReportedAndMadeAgain) {
   manifest.add("frame.png", hash);
   manifest.finish();
   EXPECT_FALSE(cache_.find(key('a'), say()));
-  EXPECT_THAT(said_.back(), HasSubstr("another recording"));
+  EXPECT_THAT(said_.back(), HasSubstr("contains a recording other than the stored one"));
 }
 
 TEST_F(CacheTest, TheLeastRecentlyUsedRecordingIsRemovedFirst) {
