@@ -93,8 +93,7 @@ struct Rating {
     return fmt::format(
         "arrives at the end of {} of {} short walks (ahead, back, to both sides, both turns; {}); heading at "
         "most {:.0f} deg off, torques of legs at their limits in at most {:.0f} % of a walk, soles slip by "
-        "at "
-        "most {:.0f} % of a path",
+        "at most {:.0f} % of a path",
         arrived, walks, seeds > 1 ? fmt::format("plants of seeds 1 to {}", seeds) : "plant of seed 1",
         yaw_rad / score::kDegree, 1e2 * limited, 1e2 * slip);
   }
