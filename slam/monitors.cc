@@ -29,7 +29,6 @@ constexpr double kFewest = 600;     // second differences
 
 constexpr double kInnovationMemory_s = 5;
 constexpr double kFewestFrames = 30;
-constexpr double kLargestNis = 1.5;  // per degree of freedom; at most 1.2 with right noises on level floors
 
 constexpr double kImageMemory_s = 5;
 constexpr double kFewestSearches = 60;
@@ -216,7 +215,7 @@ void InnovationTest::add(double dt_s, const std::optional<Nis>& nis) {
   if (nis) nis_ += nis->value, dof_ += nis->dof, ++frames_;
 }
 
-bool InnovationTest::fails() const { return frames_ > kFewestFrames && nis_ > kLargestNis * dof_; }
+bool InnovationTest::fails() const { return frames_ > kFewestFrames && nis_ > largest_nis_ * dof_; }
 
 void SensorMonitor::add(const Evidence& evidence, double dt_s) {
   const double keep = std::exp(-dt_s / kEvidenceMemory_s);

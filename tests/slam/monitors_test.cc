@@ -313,7 +313,7 @@ TEST(ImageTest, FailsIfTrackingIsLostForLongOrThreeTimesDespiteGoodImages) {
 
 TEST(InnovationTest, FailsIfTheMeanOfSecondsIsTooLargeButNotAfterAFewFrames) {
   for (const auto& [nis, fails] : {std::pair(1.4, false), {1.6, true}}) {
-    InnovationTest test;
+    InnovationTest test(1.5);
     for (int frame = 0; frame < 25; ++frame) test.add(1.0 / 30, Nis{3 * 10.0, 3});
     EXPECT_FALSE(test.fails());
     for (int frame = 0; frame < 1000; ++frame) {
@@ -327,7 +327,7 @@ TEST(InnovationTest, FailsIfTheMeanOfSecondsIsTooLargeButNotAfterAFewFrames) {
 TEST(SensorMonitor, NamesTheSensorWhoseInnovationsAreTooLargeBeforeTheLegsScale) {
   SensorMonitor monitor = monitor_after(kLegScale, 0.11, 0.01);
   const auto after = [&](InnovationTest& test) {
-    for (int frame = 0; frame < 100; ++frame) test.add(1.0 / 30, Nis{9, 3});
+    for (int frame = 0; frame < 100; ++frame) test.add(1.0 / 30, Nis{12, 3});
     return monitor.suspect().value();
   };
   EXPECT_EQ(after(monitor.legs()), "inconsistent: leg odometry, its velocities scatter more than assumed");
