@@ -132,7 +132,7 @@ bool check_robot(const std::filesystem::path& folder, const Print& print) {
       "gains";
   try_walk(fmt::format("walks {} steps in place", kSteps), {steps, walking::Stand{1}}, kSteps, {}, change);
   for (const ShortWalk& walk : short_walks(read.scenario.walk))
-    try_walk(fmt::format("walks 8 s {}", walk.name), walk.commands, kSteps, kSeed, change);
+    try_walk(fmt::format("walks 8 s {}", walk.name), walk.commands, 2, kSeed, change);  // a step of each foot
   return good;
 }
 
