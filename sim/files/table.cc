@@ -15,7 +15,7 @@ constexpr std::string_view kBlank = " \t\r\"";
 using enum Quantity;
 
 /// Names of columns in lower case, each between spaces, without their axis (w, x, y or z) and with '.' for
-/// '/'. Of a dotted name such as /odom/pose/position/x, only the last two words count.
+/// '/'. Only the last two words of a dotted name such as /odom/pose/position/x count.
 constexpr std::pair<Quantity, std::string_view> kStems[] = {
     {position, "  t p p_ p_rs_r_ position. position_ "},
     {orientation, " q q_ q_rs_ orientation. orientation_ "},

@@ -1,4 +1,4 @@
-// What a run shows about the noises that its filter assumes.
+// The assumed noises of a filter, judged by the innovations of a run.
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -38,7 +38,7 @@ std::vector<std::pair<std::string, std::vector<Figure>>> comparison_figures(cons
 /// noise differs by more than a factor of two, and the NEES. Empty if the run is consistent.
 std::vector<std::string> noise_remarks(const RunData& run);
 
-/// What shows a metric: cards and tables of runs; figures and tables of a sweep; a table file about
+/// Places that show a metric: cards and tables of runs; figures and tables of a sweep; a table file about
 /// estimators, or about controllers and robots.
 enum Shown : unsigned { kOfRuns = 1, kOfSweeps = 2, kOfEstimators = 4, kOfWalks = 8 };
 /// Returns the names of the metrics shown there, most important first.
@@ -111,8 +111,8 @@ struct ResultRow {
   const MetricSummary* find(const std::string& column) const;
   std::size_t completed() const;
 };
-/// Returns the runs as rows, those of a scenario and of equal errors.* together and the best one first: by
-/// coverage in whole percent, then by the first metric. metrics: those shown for each run if empty.
+/// Returns the runs as rows. Runs of a scenario with equal errors.* are together, and the best one is first: by
+/// coverage in whole percent, then by the first metric. metrics: if empty, the metrics shown for each run.
 std::vector<ResultRow> result_rows(const std::vector<RunData>& runs,
                                    const std::vector<std::string>& metrics = {});
 
@@ -127,7 +127,7 @@ struct ResultTable {
     bool best = false;
     const MetricSummary* of = nullptr;
   };
-  std::vector<Column> columns;  ///< first those that identify a row
+  std::vector<Column> columns;  ///< the columns that identify a row are first
   std::vector<std::vector<Cell>> rows;
   std::string note;  ///< what values and brackets are
 };
