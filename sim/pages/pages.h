@@ -111,8 +111,8 @@ struct ResultRow {
   const MetricSummary* find(const std::string& column) const;
   std::size_t completed() const;
 };
-/// Returns the runs as rows. Runs of a scenario with equal errors.* are together, and the best one is first: by
-/// coverage in whole percent, then by the first metric. metrics: if empty, the metrics shown for each run.
+/// Returns the runs as rows. Runs of a scenario with equal errors.* are together, and the best one is first:
+/// by coverage in whole percent, then by the first metric. metrics: if empty, the metrics shown for each run.
 std::vector<ResultRow> result_rows(const std::vector<RunData>& runs,
                                    const std::vector<std::string>& metrics = {});
 
