@@ -97,7 +97,7 @@ std::optional<double> value_of(const RunData& run, const std::string& metric) {
   return known && known->of ? known->of(run) : run.value(metric);
 }
 
-// What identifies a row: runs in other conditions are not ranked against each other.
+// The conditions of a row: runs in other conditions are not ranked against each other.
 auto condition_of(const ResultRow& row) { return std::tie(row.scenario, row.errors); }
 auto name_of(const ResultRow& row) {
   return std::tie(row.scenario, row.errors, row.estimator, row.controller, row.robot, row.setting);

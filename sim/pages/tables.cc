@@ -1,4 +1,4 @@
-// What changes between two sets of runs.
+// Tables of the changes between two sets of runs.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 

@@ -149,8 +149,7 @@ class Walker {
 
  private:
   Rating rate(const Gait& gait, std::uint64_t seed) const try {
-    const TemporaryRobot robot(first_.yaml(model_.string(), gait, "tried"));
-    const auto [scenario, models] = load(robot.folder());
+    const auto [scenario, models] = load(first_.yaml(model_.string(), gait, "tried"));
     Rating rating;
     int falls = 0;
     for (const live::ShortWalk& walk : live::short_walks(scenario.walk)) {
@@ -168,9 +167,11 @@ class Walker {
   }
 
   /// MuJoCo's reader is not safe for threads.
-  static std::pair<scenario::Scenario, physics::Models> load(const fs::path& folder) {
+  static std::pair<scenario::Scenario, physics::Models> load(const std::string& robot_yaml) {
     static std::mutex mutex;
     const std::scoped_lock lock(mutex);
+    const TemporaryRobot robot(robot_yaml);  // removed before the walks, which take most of the time
+    const fs::path& folder = robot.folder();
     const physics::RobotFile file = scenario::read_robot(folder);
     const std::string text =
         fmt::format("world: {{robot: {}, room: floor}}\nwalk: {{commands: [{{stand: {{}}}}]}}\n",
