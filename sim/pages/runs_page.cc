@@ -218,7 +218,7 @@ class RunSections {
   std::vector<Figure> figures_ = run_figures(run_);
 };
 
-constexpr std::size_t kInFull = 12;  // runs
+constexpr std::size_t kInFull = 2;  // runs: about 1.3 MB each
 
 /// The runs of a page and how they differ.
 struct PageRuns {

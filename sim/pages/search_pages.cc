@@ -347,13 +347,6 @@ Figure slice_figure(const Tuning& t, const Json& p, double most) {
   return f;
 }
 
-std::string figures(const Tuning& t) {
-  const double most = largest_shown(t);
-  std::string html = figure_html(history_figure(t, most));
-  for (const Json& parameter : t.parameters) html += figure_html(slice_figure(t, parameter, most));
-  return figures_html(html);
-}
-
 constexpr std::size_t kBins = 8, kLeastInBin = 3;
 
 /// Returns the rank of each value; non-finite values come last.
@@ -387,6 +380,61 @@ std::optional<double> importance(const Tuning& t, const std::string& key) {
   }
   const double noise = within / static_cast<double>(n - bins);
   return std::max(0.0, (between - static_cast<double>(bins - 1) * noise) / (between + within + noise));
+}
+
+/// Returns a line for the settings of each group by the rank of their loss, the lowest losses last.
+std::vector<Line> lines_by_loss(const Tuning& t, const std::function<void(Line&, std::size_t)>& add) {
+  std::vector<Line> lines{
+      {"higher losses", Role::truth}, {"lower half", Role::first}, {"lowest tenth", Role::estimate}};
+  const std::vector<double> ranks = ranks_of(t.value);
+  for (std::size_t i = 0; i < ranks.size(); ++i) {
+    const double place = (ranks[i] + 1) / static_cast<double>(ranks.size());
+    add(lines[place <= 0.1 ? 2 : place <= 0.5 ? 1 : 0], i);
+  }
+  return lines;
+}
+
+/// Returns each setting as a line through its values, each between the ends of what was searched.
+Figure parallel_figure(const Tuning& t) {
+  Figure f{"parallel", "Settings by loss", "parameter", "place in the searched range"};
+  std::vector<Column> places;
+  for (const Json& p : t.parameters) {
+    const std::string key = p.at("key").text();
+    const bool logarithmic = p.at("scale").text() == "log";
+    const auto scaled = [&](double value) { return logarithmic ? std::log(value) : value; };
+    const double low = scaled(p.at("from").number()), range = scaled(p.at("to").number()) - low;
+    Column& of = places.emplace_back(t.history.numbers(key));
+    for (double& value : of) value = (scaled(value) - low) / range;
+    f.moments.push_back({key, static_cast<double>(places.size())});
+  }
+  f.lines = lines_by_loss(t, [&](Line& line, std::size_t i) {
+    for (std::size_t k = 0; k < places.size(); ++k) line.add(static_cast<double>(k + 1), places[k][i]);
+    line.add(static_cast<double>(places.size() + 1), NAN);  // space for the last name
+  });
+  f.lines[0].thin = f.whole_x = true;
+  return f;
+}
+
+/// Returns the settings in the plane of the two parameters that explain the most.
+Figure plane_figure(const Tuning& t) {
+  std::vector<Json> order = t.parameters;
+  std::ranges::stable_sort(order, std::greater{},
+                           [&](const Json& p) { return importance(t, p.at("key").text()).value_or(0); });
+  Figure f{"plane", "Losses over the two most important parameters", label(order[0]), label(order[1])};
+  const Column x = t.history.numbers(order[0].at("key").text()),
+               y = t.history.numbers(order[1].at("key").text());
+  f.lines = lines_by_loss(t, [&](Line& line, std::size_t i) { line.dots = true, line.add(x[i], y[i]); });
+  f.logarithmic_x = order[0].at("scale").text() == "log",
+  f.logarithmic = order[1].at("scale").text() == "log";
+  return f;
+}
+
+std::string figures(const Tuning& t) {
+  const double most = largest_shown(t);
+  std::string html = figure_html(history_figure(t, most));
+  for (const Json& parameter : t.parameters) html += figure_html(slice_figure(t, parameter, most));
+  if (t.parameters.size() > 1) html += figure_html(parallel_figure(t)) + figure_html(plane_figure(t));
+  return figures_html(html);
 }
 
 std::string parameters_table(const Tuning& t) {
@@ -491,14 +539,16 @@ bool is_tuning(const fs::path& folder) {
 std::string tune_page(const fs::path& folder) {
   const Tuning t = read_tuning(folder);
   const Json change = t.json.at("change");
-  return html_page(
-      "Tuning " + t.json.at("name").text(),
-      fmt::format("<span class='verdict {}'>{}</span> {} settings. {}.",
-                  t.json.at("accepted").flag() ? "good" : "bad", escaped(change.at("verdict").text()),
-                  t.value.size(), escaped(change.at("text").text())),
-      sections_html({{"parameters", "Parameters", parameters_table(t)},
-                     {"sides", "Before and after", sides(t)},
-                     {"figures", "Figures", figures(t)}}));
+  const std::string verdict = change.at("verdict").text();
+  return html_page("Tuning " + t.json.at("name").text(),
+                   fmt::format("<span class='verdict {}'>{}</span> {} settings. {}.",
+                               t.json.at("accepted").flag() ? "good"
+                               : verdict == "worse"         ? "bad"
+                                                            : "",
+                               escaped(verdict), t.value.size(), escaped(change.at("text").text())),
+                   sections_html({{"parameters", "Parameters", parameters_table(t)},
+                                  {"sides", "Before and after", sides(t)},
+                                  {"figures", "Figures", figures(t)}}));
 }
 
 }  // namespace sim::pages

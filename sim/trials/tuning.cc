@@ -97,8 +97,8 @@ ordered_json to_json(const StartAndBest& both, const std::vector<SpecRun>& runs,
   return document;
 }
 
-enum class Verdict { better, worse, undecided };
-constexpr std::array kVerdicts{"better", "worse", "undecided"};
+enum class Verdict { better, worse, undecided, unchanged };
+constexpr std::array kVerdicts{"better", "worse", "undecided", "unchanged"};
 
 /// The change of the hold-out loss from the start to the best setting, paired by recording.
 struct Judgment {
@@ -277,9 +277,11 @@ TuningResult tune(const Spec& spec, const fs::path& out, const RunTasks& run_tas
   show(1, "hold-out");
   const StartAndBest holdout = compare(Runs(spec, spec.holdout, run_tasks, log), found.start, found.best);
   Judgment judgment = judge(holdout, spec.objective);
-  if (found.best == found.start)
+  if (found.best == found.start) {
+    judgment.verdict = Verdict::unchanged;
     judgment.text = fmt::format("nothing better found: none of {} has a lower loss than the start",
                                 files::counted(found.tried, "setting"));
+  }
   const bool accepted = judgment.verdict == Verdict::better;
   log.sort();
   files::write_atomically(out / "history.csv", found.history);

@@ -55,6 +55,14 @@ TEST_F(ReportTest, AFolderOfScenariosIsGroupedByScenario) {
               Has("<h1>walk: 2 runs</h1>", "error_over_time", "within the 95 % band: position "));
 }
 
+TEST_F(ReportTest, ResultsNamedByAnAbsolutePathAreShownWithARelativeOneAndSeedsFitInTwoMegabytes) {
+  short_walks("walk", "1 2 3");
+  ok("report \"$PWD/walk\" \"$PWD/walk/seed-1\" --out three.html");
+  EXPECT_THAT(text_of("three.html"),
+              AllOf(Has("tools/gaitslam view walk/seed-", "for the other 2"), Lacks(folder_.string())));
+  EXPECT_LT(text_of("three.html").size(), 2'000'000u);
+}
+
 TEST_F(LongReportTest, ASweepHasAPageFromWhichItsWorstTrialCanBeRun) {
   ok("sweep walk.yaml slam.vision.sigma_px=1,3 --seeds 1,2 --out sweep");
   ok("report sweep --out sweep.html");

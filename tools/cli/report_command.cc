@@ -38,6 +38,11 @@ struct ReportRequest : OutRequest {
   std::vector<std::string> metrics;
 };
 
+/// Returns a path relative to the current folder: pages are passed on, and a home folder's path is private.
+fs::path from_here(const fs::path& path) {
+  return fs::absolute(path).lexically_proximate(fs::current_path());
+}
+
 std::vector<fs::path> result_folders(const std::vector<std::string>& named) {
   std::vector<fs::path> all;
   std::set<fs::path> counted;  // a result may be below several of the given folders
@@ -53,8 +58,8 @@ std::vector<fs::path> result_folders(const std::vector<std::string>& named) {
           "{}: has no results, expected a result folder (score.json), a folder of results, or the folder of "
           "a sweep or tuning",
           name);
-    std::ranges::copy_if(found, std::back_inserter(all),
-                         [&](const fs::path& one) { return counted.insert(fs::canonical(one)).second; });
+    for (const fs::path& one : found)
+      if (counted.insert(fs::canonical(one)).second) all.push_back(from_here(one));
   }
   return all;
 }
@@ -166,7 +171,7 @@ int make_report(ReportRequest& request) {
   const OnInterrupt on_interrupt("nothing was written; rerun the command");
   {
     ProgressLine progress("report");
-    const fs::path first = request.results.front();
+    const fs::path first = from_here(request.results.front());
     const bool alone = request.results.size() == 1;
     files::write_atomically(*request.out,
                             alone && pages::is_sweep(first) ? pages::sweep_page(first)

@@ -112,6 +112,33 @@ TEST_F(ReceivedTuning, TheParameterThatMattersIsImportantAndTheGainHasAnInterval
                         "<td class='number'>-0.6 [-1.871, 0.6706]</td><td class='number'>1 → 0.5</td>"));
 }
 
+TEST_F(ReceivedTuning, OnlyBetterAndWorseHaveAColor) {
+  EXPECT_THAT(page(), Has("<span class='verdict good'>better</span>"));
+  tuning_["accepted"] = false;
+  for (const auto& [verdict, color] : {std::pair{"worse", "bad"}, {"undecided", ""}, {"unchanged", ""}}) {
+    tuning_["change"]["verdict"] = verdict;
+    EXPECT_THAT(page(), Has(fmt::format("<span class='verdict {}'>{}</span>", color, verdict)));
+  }
+}
+
+TEST_F(ReceivedTuning, SettingsWithTheLowestLossesStandOutInTheFiguresOfSeveralParameters) {
+  tuning_["objective"] = "loss";
+  tuning_["parameters"].push_back(tuning_["parameters"][0]), tuning_["parameters"].back()["key"] = "other";
+  std::string history = fmt::format("loss,{},other\n", kPayload);
+  for (int i = 0; i < 20; ++i) history += fmt::format("{},a,{},1.{},1.{}\n", i, i, i % 10, i % 7);
+  const std::string html = page(history);
+  const std::string parallel = html.substr(html.find("data-figure='parallel'"));
+  std::size_t settings = 0;
+  for (std::size_t at = 0, line = 0; line < 3; ++line) {
+    at = parallel.find("<path class='line", at + 1);
+    const std::string path = parallel.substr(at, parallel.find('>', at) - at);
+    settings += static_cast<std::size_t>(std::ranges::count(path, 'M'));
+  }
+  EXPECT_EQ(settings, 20u);
+  const std::string plane = html.substr(html.find("data-figure='plane'"));
+  EXPECT_THAT(plane.substr(0, plane.find("</figure>")), Has("lowest tenth"));
+}
+
 TEST_F(ReceivedTuning, AMissingHoldOutIsAnError) {
   tuning_["holdout"]["runs"] = json::array();
   EXPECT_THAT(files::error_of([&] { page(); }), Has("tune.json: holdout.runs: is empty"));
