@@ -60,6 +60,7 @@ ordered_json json_of(const ShownRun& run) {
           {"seed", run.seed},
           {"variant", run.variant},
           {"recording", run.recording},
+          {"seen", run.seen ? ordered_json(*run.seen) : ordered_json(nullptr)},
           {"pieces", run.pieces},
           {"duration", run.duration_s},
           {"sole", run.sole ? ordered_json{run.sole->min().x(), run.sole->min().y(), run.sole->max().x(),
@@ -190,10 +191,34 @@ void add_frames(Site& site, std::size_t run, const std::shared_ptr<Playback>& pl
                   for (std::size_t i = begins[piece]; i < begins[piece + 1]; ++i) {
                     frames.push_back(to_json(playback->frames[i]));
                     if (!playback->images[i].empty()) frames.back()["stored_image"] = true;
+                    if (playback->sources[i]) frames.back()["source"] = *playback->sources[i];
                     if (!playback->rig.empty()) frames.back()["rig"] = i;
                   }
                   return resource(kJson, files::json_text(frames));
                 });
+}
+
+/// Sets which frame's image reached the estimator with each frame, and its errors.
+void add_image_errors(Playback& playback, const scenario::Scenario& scenario) {
+  playback.sources.resize(playback.frames.size());
+  if (!scenario.slam || !playback.pictures) return;
+  playback.errors.emplace(scenario.errors.image, scenario.seed, scenario.errors.faults);
+  sensor_errors::ImageSources sources(scenario.errors, scenario.seed);
+  for (std::size_t i = 0; i < playback.frames.size(); ++i)
+    if (const auto t = sources.at(playback.frames[i].t, !playback.images[i].empty()))
+      playback.sources[i] =
+          std::ranges::lower_bound(playback.frames, *t, {}, &Frame::t) - playback.frames.begin();
+}
+
+/// Serves the images as they reached the estimator, row by row, by the number of their source.
+void add_seen(Site& site, std::size_t run, const std::shared_ptr<const Playback>& playback) {
+  const rig::RigSensor camera = recording::head_camera(playback->pictures->setup());
+  site.add_list(fmt::format("/seen/{}", run), [=](std::size_t k) -> std::optional<Resource> {
+    if (k >= playback->images.size() || playback->images[k].empty()) return std::nullopt;
+    const cv::Mat ideal = playback->pictures->read(camera, playback->images[k]).image;
+    const cv::Mat image = playback->errors->apply(ideal, playback->frames[k].t);
+    return bytes_resource(std::string(image.begin<char>(), image.end<char>()));
+  });
 }
 
 /// Returns the table of changes; t: the time at which the worse of the first two runs is worst in a metric.
@@ -235,6 +260,11 @@ Site site_of(std::vector<Playback> given) {
   std::vector<ShownRun> runs;
   for (std::size_t i = 0; i < results.size(); ++i) {
     results[i]->run.variant = variants[i];
+    const auto same = std::ranges::find_if(results, [&](const auto& other) {
+      return other->run.recording == results[i]->run.recording && other->errors == results[i]->errors &&
+             other->sources == results[i]->sources;
+    });
+    if (results[i]->errors) results[i]->run.seen = same - results.begin();
     results[i]->run.pieces = pieces_of(results[i]->frames).size() - 1;
     runs.push_back(results[i]->run);
   }
@@ -245,6 +275,7 @@ Site site_of(std::vector<Playback> given) {
   for (std::size_t i = 0; i < results.size(); ++i) {
     add_frames(site, i, results[i]);
     if (!results[i]->pictures) continue;
+    if (results[i]->errors) add_seen(site, i, results[i]);
     std::vector<rig::RigSensor> sensors = results[i]->run.rig;
     sensors.push_back(recording::head_camera(results[i]->pictures->setup()));
     std::vector<std::vector<fs::path>> files = results[i]->rig;
@@ -365,6 +396,7 @@ Playback read_playback(const fs::path& result, const MakeRobot& make_robot,
   }
   playback.images = recording.empty() ? std::vector<fs::path>(playback.frames.size())
                                       : pages::image_files(playback.frames, recording);
+  add_image_errors(playback, scenario);
   playback.run.label = data.label();
   playback.run.scenario = data.scenario, playback.run.seed = data.seed;
   playback.run.recording = data.about.recording;

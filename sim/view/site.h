@@ -41,7 +41,8 @@ struct ShownRun {
   std::string label;                                        ///< "tangent_circle, seed 1"
   std::string scenario = {}, variant = {}, recording = {};  ///< for a finished run; recording: its hash
   std::uint64_t seed = 0;
-  std::size_t pieces = 0;  ///< number of pieces in which its frames are served
+  std::optional<std::size_t> seen = {};  ///< first run with the same images as its estimator got
+  std::size_t pieces = 0;                ///< number of pieces in which its frames are served
   std::optional<slam::CameraIntrinsics> camera = std::nullopt;
   double duration_s = 0;  ///< 0: unknown
   std::vector<Moment> moments = {};
@@ -147,11 +148,14 @@ MakeRobot robot_maker(const fs::path& models);
 /// A result for playback by the page.
 struct Playback {
   ShownRun run;
-  pages::RunData data;                              ///< without its frames, which are below
-  std::vector<Frame> frames;                        ///< without images
-  std::vector<fs::path> images;                     ///< PNG of each frame, or empty
-  std::vector<std::vector<fs::path>> rig = {};      ///< the same for each rig sensor
-  std::shared_ptr<const pages::Pictures> pictures;  ///< absent without a recording
+  pages::RunData data;           ///< without its frames, which are below
+  std::vector<Frame> frames;     ///< without images
+  std::vector<fs::path> images;  ///< PNG of each frame, or empty
+  std::vector<std::optional<std::size_t>>
+      sources;  ///< frame whose image reached the estimator with each frame
+  std::optional<sensor_errors::ImageErrors> errors;  ///< of these images; absent without an estimator
+  std::vector<std::vector<fs::path>> rig = {};       ///< the same for each rig sensor
+  std::shared_ptr<const pages::Pictures> pictures;   ///< absent without a recording
 };
 
 /// Reads a result folder and its recording. A result without its own recording uses the one with the

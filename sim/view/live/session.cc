@@ -135,7 +135,7 @@ class LiveSession : public ViewSession {
   void show(const slam::Observation& observation, const tracking::Tracking* tracking) {
     Frame frame = std::move(stamped_.front());
     stamped_.pop_front();
-    frame.image = observation.image;
+    frame.image = tracking ? tracking->image() : observation.image;
     const bool with_map = view_.wants_map();
     if (const auto* const newest = tracking ? tracking->newest() : nullptr) {
       if (const auto& pose = newest->estimate)
