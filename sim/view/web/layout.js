@@ -28,13 +28,14 @@ export function layerLegend(panes, toggle) {
   const layer = (name, role, text) =>
     button(text, 'show or hide', (pressed) => toggle(name, pressed.ariaPressed !== 'true'), {
       'data-layer': name,
-      'aria-pressed': 'true',
+      'aria-pressed': String(!name.startsWith('errors')),
       class: `layer role-${role}`
     });
   const several = panes.length > 1;
   const ofRun = ({name, role}, i) => [
     layer(`estimate${i}`, role, several ? `— ${name}` : '— estimated'),
-    layer(`map${i}`, several ? role : 'first', several ? `● landmarks of ${name}` : '● landmarks, 3σ')
+    layer(`map${i}`, several ? role : 'first', several ? `● landmarks of ${name}` : '● landmarks, 3σ'),
+    layer(`errors${i}`, role, `⬤ error${several ? ` of ${name}` : ''} on the path, 3σ`)
   ];
   return element(
     'p',
@@ -43,7 +44,7 @@ export function layerLegend(panes, toggle) {
     layer('plan', 'plan', '— planned'),
     layer('steps', 'landed', '▭ steps'),
     panes.flatMap(ofRun),
-    ' camera’s own 3σ enlarged ten times'
+    ' camera’s own 3σ enlarged ten times; landmarks’ 3σ up to 0.5 m'
   );
 }
 
@@ -101,6 +102,15 @@ export function controls(page) {
       page.panes.length > 1
         ? button('split', 'v: one view per run, moved together', () => page.setSplit(!scene.isSplit))
         : null,
+    seen: choice(
+      'i',
+      [
+        ['seen', 'images as the filter got them'],
+        ['recorded', 'images as recorded']
+      ],
+      (value) => page.setSeen(value === 'seen'),
+      {'aria-label': 'images', hidden: page.panes.some(({isSeen}) => isSeen) ? null : ''}
+    ),
     save: button('save picture', 's: save the scene as PNG', () => page.savePicture())
   };
   all.speeds.value = player.live ? 0 : 1;
@@ -140,7 +150,8 @@ export function build(page) {
       {},
       element('h1', {}, player.live ? 'GaitSLAM, live' : 'GaitSLAM, playback'),
       element('b', {}, title),
-      page.note
+      page.note,
+      page.why
     ),
     element(
       'main',
