@@ -123,7 +123,7 @@ export class Figure {
     const {lines, zero} = this.rescaled,
       isShown = (x) => x >= this.x.low && x <= this.x.high;
     return rangeOf(
-      lines.map(({x, y}) => y.filter((_, i) => isShown(x[i]))),
+      lines.map(({x, y, isOff}) => y.filter((_, i) => isShown(x[i]) && !(isOff?.[i] > 0))),
       zero
     );
   }
@@ -290,7 +290,7 @@ function frameOf(title, overTime, width, height, [x, y]) {
 /// role, x, low, high, starts}], hidden at first if starts is false; levels: values of y; marks: [{t, text}]; zero: include 0 on the y axis.
 export function drawn({name, title, lines, bands = [], levels = [], marks = [], ...more}) {
   const {zero = false, overTime = true, width = 400, height = 150} = more;
-  const columns = lines.map(({y}) => y);
+  const columns = lines.map(({y, isOff}) => y.filter((_, i) => !(isOff?.[i] > 0)));
   const texts = [
     `${rangeOf(lines.map(({x}) => x)).join(' ')} ${kLeft} ${width - kRight} 0`,
     `${rangeOf(columns, zero ? [0, ...levels] : levels).join(' ')} ${height - kBottom} ${kTop} 0`

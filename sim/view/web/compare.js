@@ -244,22 +244,24 @@ export function timeLine(runs, marks, width) {
   if (!lines.length) return null;
   const spec = {
     name: 'distance',
-    title: 'Distance of the estimate from the truth [mm]',
+    title: `Distance of the estimate from the truth${lines.some(({isOff}) => isOff.some((v) => v > 0)) ? '; dotted: lost' : ''} [mm]`,
     lines,
     marks,
     zero: true,
     width,
-    height: 128
+    height: 112
   };
   if (lines.length < 2) return drawn(spec);
   const [a, b] = runs,
-    distance = rowsOf(a.series, b.series).map((row, i) => b.series.distance[i] - a.series.distance[row]),
+    rows = rowsOf(a.series, b.series),
+    distance = rows.map((row, i) => b.series.distance[i] - a.series.distance[row]),
+    isOff = rows.map((row, i) => Math.max(a.series.health[row], b.series.health[i])),
     zeros = distance.map(() => 0),
     x = b.series.t;
   return drawn({
     ...spec,
-    title: `Distance of each estimate from the truth; filled: ${b.name} minus ${a.name} [mm]`,
-    lines: [...lines, {name: 'difference', role: 'truth', thin: true, x, y: distance}],
+    title: `Distance of each estimate from the truth; dotted: lost; filled: ${b.name} minus ${a.name} [mm]`,
+    lines: [...lines, {name: 'difference', role: 'truth', thin: true, x, y: distance, isOff}],
     bands: [
       {role: b.role, x, low: zeros, high: distance.map((d) => Math.max(d, 0))},
       {role: a.role, x, low: distance.map((d) => Math.min(d, 0)), high: zeros}

@@ -48,8 +48,9 @@ export function layerLegend(panes, toggle) {
   );
 }
 
-/// The table of differences between the runs, as sent by the program. go(t): goes to a row's worst instant.
-export function changesTable({titles, rows}, panes, go) {
+/// The table of differences between the runs, as sent by the program, and the marks below it. go(t): goes to a
+/// row's worst instant.
+export function changesTable({titles, rows}, panes, go, marks) {
   const role = (i) => (panes[i - 1] ? `role-${panes[i - 1].role}` : '');
   const title = (text, t) => (t === null ? text : button(text, 'go to its worst instant', () => go(t)));
   const valuesOf = (values) =>
@@ -74,7 +75,8 @@ export function changesTable({titles, rows}, panes, go) {
   return element(
     'section',
     {class: 'changes scroll', tabindex: 0, 'aria-label': 'what differs between the runs'},
-    table
+    table,
+    marks
   );
 }
 
@@ -135,7 +137,7 @@ export function build(page) {
   const views = element(
     'div',
     {class: `views${several ? ' several' : ''}`},
-    several ? changesTable(about.changes, panes, (t) => player.go(t)) : null,
+    several ? changesTable(about.changes, panes, (t) => player.go(t), page.moments.element) : null,
     element('figure', {class: 'space'}, scene.element, legend, landmarks.text, landmarks.inCommon),
     element(
       'figure',
@@ -170,7 +172,7 @@ export function build(page) {
       {},
       plots.timeLine,
       element('div', {class: 'controls'}, Object.values(page.controls)),
-      page.moments.element
+      several ? null : page.moments.element
     )
   );
   document.title = `GaitSLAM: ${[title, ...panes.map(({full}) => full)].filter(Boolean).join(' | ')}`;
