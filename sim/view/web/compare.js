@@ -371,7 +371,7 @@ export function whyWorse([a, b], marks) {
     );
   const parts = [
     search &&
-      `at ${search.t.toFixed(2)} s the search for landmark ${search.ids[worse]} was ${search.outcomes[worse]} ` +
+      `at ${search.t.toFixed(2)} s landmark ${search.ids[worse]} was ${search.outcomes[worse]} ` +
         `(${good.name}: landmark ${search.ids[1 - worse]}, ${search.outcomes[1 - worse]})`,
     sigma ? `from ${sigma.t.toFixed(2)} s the errors differ by more than 3σ` : 'the errors stay within 3σ',
     flags.length

@@ -35,7 +35,7 @@ export function layerLegend(panes, toggle) {
   const ofRun = ({name, role}, i) => [
     layer(`estimate${i}`, role, several ? `— ${name}` : '— estimated'),
     layer(`map${i}`, several ? role : 'first', several ? `● landmarks of ${name}` : '● landmarks, 3σ'),
-    layer(`errors${i}`, role, `⬤ error${several ? ` of ${name}` : ''} on the path, 3σ`)
+    layer(`errors${i}`, role, several ? `⬤ error of ${name}` : '⬤ error on the path, 3σ')
   ];
   return element(
     'p',
