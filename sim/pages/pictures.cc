@@ -18,7 +18,9 @@ std::vector<fs::path> image_files(const std::vector<Frame>& frames, const fs::pa
     const slam::Stamp t = slam::Stamp(list.integer(of_rig ? 2 : 0)) - recording::kEpoch;
     while (row < frames.size() && frames[row].t < t) ++row;
     if (row < frames.size() && frames[row].t == t)
-      images[row] = files::contained_path(folder / "data", list.text(1));
+      images[row] = list.text(1).find('/') == list.text(1).npos  // symbolic links: the content has a hash
+                        ? folder / "data" / list.text(1)
+                        : files::contained_path(folder / "data", list.text(1));
   }
   for (std::size_t i = 1; of_rig && i < images.size(); ++i)
     if (images[i].empty()) images[i] = images[i - 1];

@@ -123,11 +123,19 @@ void add_searches(std::vector<Frame>& frames, const Table& table) {
   });
 }
 
-void add_new_landmarks(std::vector<Frame>& frames, const Table& table) {
-  const Column u = table.numbers("u"), v = table.numbers("v");
+void add_landmarks(std::vector<Frame>& frames, const Table& table) {
+  const Column id = table.numbers("landmark"), u = table.numbers("u"), v = table.numbers("v");
+  const auto number = [&](std::size_t i) { return std::abs(id[i]) < 1e9 ? static_cast<int>(id[i]) : 0; };
   for_rows(frames, table.stamps("begun"), [&](Frame& frame, std::size_t i) {
-    if (frame.report && std::isfinite(u[i] + v[i])) frame.report->initialized.push_back({0, {u[i], v[i]}});
+    if (frame.report && std::isfinite(u[i] + v[i]))
+      frame.report->initialized.push_back({number(i), {u[i], v[i]}});
   });
+  if (!table.has("ended")) return;  // results of earlier versions
+  const std::vector<std::string>& ends = table.text("ended");
+  for (std::size_t i = 0; i < ends.size(); ++i)
+    if (const auto t = files::parse_number<std::int64_t>(ends[i]))
+      if (Frame* const frame = frame_at(frames, slam::Stamp(*t)); frame && frame->report)
+        frame->report->deleted.push_back(number(i));
 }
 
 /// Adds rows of map_over_time.csv to the frames with their stamps, or rows of map.csv, which has no stamps,
@@ -211,7 +219,7 @@ void read_frames(RunData& run) {
   if (run.filter_frames) add_reports(frames, *run.filter_frames);
   if (frames.empty()) return;
   for (const auto& [file, add] :
-       {std::pair{"searches.csv", &add_searches}, std::pair{"landmarks.csv", &add_new_landmarks},
+       {std::pair{"searches.csv", &add_searches}, std::pair{"landmarks.csv", &add_landmarks},
         std::pair{"map_over_time.csv", &add_maps}, std::pair{"map.csv", &add_maps}})
     if (fs::exists(run.folder / file)) add(frames, Table(run.folder / file));
 }
@@ -228,14 +236,16 @@ std::string RunData::label() const {
                      alignment == "none" ? "" : " after " + alignment);
 }
 
-RunData read_run(const fs::path& folder) {
+RunData read_run(const fs::path& folder, Reads reads) {
   if (!fs::is_directory(folder)) throw files::FileError(folder, "no such result folder");
   RunData run;
   run.folder = folder;
   if (fs::exists(folder / "recording/manifest.csv")) {
     run.recording = folder / "recording";
-    recording::RecordingReader checked(run.recording);
-    run.recorded = recording::read_truth(run.recording);
+    if (reads == Reads::all) {
+      recording::RecordingReader checked(run.recording);
+      run.recorded = recording::read_truth(run.recording);
+    }
   }
   static_cast<result::SeedScore&>(run) = result::read_score(folder / "score.json");
   run.about = result::read_about(folder / "about.json");

@@ -58,8 +58,11 @@ struct RunData : result::SeedScore {
   std::string label() const;
 };
 
+/// all: also the truth in the result's recording.
+enum class Reads { result, all };
+
 /// Reads a result. Throws FileError if it is not a result, if a file is missing or broken, or if its
 /// recording was edited.
-RunData read_run(const fs::path& result_folder);
+RunData read_run(const fs::path& result_folder, Reads reads = Reads::all);
 
 }  // namespace sim::pages

@@ -1,3 +1,5 @@
+#include <map>
+
 #include "sim/files/csv.h"
 #include "sim/result/result.h"
 
@@ -46,19 +48,23 @@ std::string fields_if(bool holds, const std::optional<Eigen::Vector2d>& match) {
 
 void write_frames(const fs::path& folder, const std::vector<tracking::TrackedFrame>& all) {
   std::string frames = "#timestamp [ns],landmarks,predicted,measured,accepted,begun,deleted",
-              landmarks = "#landmark,begun [ns],u [px],v [px]\n",
+              landmarks = "#landmark,begun [ns],u [px],v [px],ended [ns]\n",
               searches =
                   "#timestamp [ns],landmark,u [px],v [px],S_uu [px^2],S_uv [px^2],S_vv [px^2],found_u [px],"
                   "found_v [px],refused_u [px],refused_v [px]\n",
               depths;
   for (const std::string_view sensor : score::kSensors) frames += fmt::format(",nis_{0},dof_{0}", sensor);
   frames += ",health,cause,refused,suspect\n";
+  std::map<int, slam::Stamp> ends;
+  for (const tracking::TrackedFrame& frame : all)
+    for (const int landmark : frame.report.deleted) ends[landmark] = frame.report.t;
   for (const tracking::TrackedFrame& frame : all) {
     const slam::FrameReport& r = frame.report;
     frames += frame_row(r);
     for (const slam::Sighting& first : r.initialized)
       landmarks +=
-          fmt::format("{},{},{},{}\n", first.landmark, r.t.count(), first.pixel.x(), first.pixel.y());
+          fmt::format("{},{},{},{},{}\n", first.landmark, r.t.count(), first.pixel.x(), first.pixel.y(),
+                      ends.contains(first.landmark) ? std::to_string(ends[first.landmark].count()) : "");
     for (const slam::Search& s : r.searched)
       searches += fmt::format("{},{},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f}{}{}\n", r.t.count(), s.landmark,
                               s.pixel.x(), s.pixel.y(), s.S(0, 0), s.S(0, 1), s.S(1, 1),

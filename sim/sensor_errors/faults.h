@@ -13,6 +13,7 @@ inline slam::Stamp stamp(double s) { return slam::Stamp(std::llround(s * 1e9)); 
 /// The time of a fault: [from, from + duration) on the run's clock.
 struct Span {
   double from_s = 0, duration_s = 1;
+  bool operator==(const Span&) const = default;
 
   static void keys(auto&& key) {
     number<&Span::from_s>(key, 0, 1e6, "start of the fault, on the run's clock");
@@ -33,6 +34,7 @@ struct Span {
 template <class Fault>
 struct FrameFault : Span {
   double fraction = 1;
+  bool operator==(const FrameFault&) const = default;
 
   static void keys(auto&& key) {
     Span::keys(key);
@@ -49,6 +51,7 @@ struct FramesFrozen : Span {  ///< the last picture before it arrives again and 
 struct FramesDimmed : Span {  ///< less light (or more), before the noise
   static constexpr const char* kName = "frames_dimmed";
   double factor = 0.1;
+  bool operator==(const FramesDimmed&) const = default;
 
   static void keys(auto&& key) {
     Span::keys(key);

@@ -54,7 +54,7 @@ ImageErrors::ImageErrors(const ImageOptions& sizes, std::uint64_t seed, const st
 }
 
 // Five pixels share 64 random bits; the arithmetic is fixed point with 20 binary places.
-cv::Mat ImageErrors::apply(const cv::Mat& ideal, slam::Stamp t) {
+cv::Mat ImageErrors::apply(const cv::Mat& ideal, slam::Stamp t) const {
   static const std::array<int, 4096> z = normal_table();
   cv::Mat image = ideal;
   for (const FramesCovered& cover : covers_)

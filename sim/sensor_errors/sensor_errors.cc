@@ -76,6 +76,10 @@ InertialErrors inertial(const rig::RigSensor& sensor, const std::string& stream,
   return {stream, {.sigma = sigma_200_hz, .bias_sigma = bias_sigma}, seed, {}, {}};
 }
 
+bool is_lost(std::uint64_t seed, const char* stream, Stamp t, double fraction) {
+  return fraction > 0 && Random(seed, stream, static_cast<std::uint64_t>(t.count())).uniform() < fraction;
+}
+
 // Marks the pixels on both sides of the edges between columns.
 void mark_edges(const cv::Mat1w& depth_mm, cv::Mat1b& marks) {
   // 0 if the column has no depth, and beyond both ends.
@@ -345,6 +349,7 @@ SensorErrors::SensorErrors(const ErrorOptions& options, std::uint64_t seed,
       accelerometer_(inertial_errors<AccelerometerSpike, AccelerometerSilent>(
           "accelerometer", options.accelerometer, &AccelerometerSpike::size_m_s2, options.faults, seed)),
       image_(options.image, seed, options.faults),
+      sources_(options, seed),
       plan_(options.faults),
       motion_clock_(stamp(options.motion_time_offset_s)) {}
 
@@ -352,7 +357,7 @@ template <class Kind>
 bool SensorErrors::strikes(const char* stream, slam::Stamp t) const {
   const auto faults = faults_of<Kind>(options_.faults);
   return std::ranges::any_of(
-      faults, [&](const Kind& fault) { return fault.holds(t) && lost(stream, t, fault.fraction); });
+      faults, [&](const Kind& fault) { return fault.holds(t) && is_lost(seed_, stream, t, fault.fraction); });
 }
 
 void SensorErrors::arrive(slam::Observation observation, std::vector<slam::Observation>& arrived) {
@@ -368,10 +373,10 @@ std::vector<slam::Observation> SensorErrors::process(slam::Observation o) {
   gyro_.apply(o.gyro);
   accelerometer_.apply(o.accelerometer);
   rig_.apply(o.rig);
-  o.image = delayed_image(received_image(o.image, o.t), o.t);
+  o.image = received_image(o.image, o.t);
   if (o.legs) disturb(*o.legs, o.t);
   o.plan = plan_.apply(std::move(o.plan), o.t);
-  if (lost("plan loss", o.t, options_.plan_loss_fraction)) o.plan.reset();
+  if (is_lost(seed_, "plan loss", o.t, options_.plan_loss_fraction)) o.plan.reset();
   std::vector<slam::Observation> arrived;
   for (slam::Observation& assembled : motion_clock_.process(std::move(o)))
     arrive(std::move(assembled), arrived);
@@ -395,27 +400,34 @@ void SensorErrors::disturb(slam::LegMotion& legs, slam::Stamp t) {
   for (int axis = 0; axis < 3; ++axis) p_OC(axis) += sizes.sigma_m * random.normal();
 }
 
-cv::Mat SensorErrors::received_image(const cv::Mat& ideal, slam::Stamp t) {
-  double lost_fraction = options_.image.loss_fraction;
-  for (const FramesLost& fault : faults_of<FramesLost>(options_.faults))
-    if (fault.holds(t)) lost_fraction = std::max(lost_fraction, fault.fraction);
-  if (ideal.empty() || lost("image loss", t, lost_fraction)) return {};
-  const auto freezes = faults_of<FramesFrozen>(options_.faults);
-  const bool frozen = std::any_of(freezes.begin(), freezes.end(), [t](const Span& s) { return s.holds(t); });
-  if (!frozen || last_unfrozen_.empty()) last_unfrozen_ = image_.apply(ideal, t);
-  return last_unfrozen_;
-}
+ImageSources::ImageSources(const ErrorOptions& options, std::uint64_t seed)
+    : seed_(seed),
+      loss_fraction_(options.image.loss_fraction),
+      latency_(stamp(options.image.latency_s)),
+      losses_(faults_of<FramesLost>(options.faults)),
+      freezes_(faults_of<FramesFrozen>(options.faults)) {}
 
-cv::Mat SensorErrors::delayed_image(cv::Mat image, slam::Stamp t) {
-  if (!image.empty()) delayed_.push_back({t, std::move(image)});
-  cv::Mat newest;
-  for (; !delayed_.empty() && delayed_.front().t + stamp(options_.image.latency_s) <= t; delayed_.pop_front())
-    newest = delayed_.front().image;
+std::optional<slam::Stamp> ImageSources::at(slam::Stamp t, bool has_image) {
+  double lost_fraction = loss_fraction_;
+  for (const FramesLost& fault : losses_)
+    if (fault.holds(t)) lost_fraction = std::max(lost_fraction, fault.fraction);
+  if (has_image && !is_lost(seed_, "image loss", t, lost_fraction)) {
+    const bool frozen = std::ranges::any_of(freezes_, [t](const Span& s) { return s.holds(t); });
+    if (!frozen || !last_unfrozen_) last_unfrozen_ = t;
+    delayed_.emplace_back(t, *last_unfrozen_);
+  }
+  std::optional<slam::Stamp> newest;
+  for (; !delayed_.empty() && delayed_.front().first + latency_ <= t; delayed_.pop_front())
+    newest = delayed_.front().second;
   return newest;
 }
 
-bool SensorErrors::lost(const char* stream, slam::Stamp t, double fraction) const {
-  return fraction > 0 && Random(seed_, stream, static_cast<std::uint64_t>(t.count())).uniform() < fraction;
+cv::Mat SensorErrors::received_image(const cv::Mat& ideal, slam::Stamp t) {
+  const std::optional<slam::Stamp> source = sources_.at(t, !ideal.empty());
+  if (sources_.is_source(t)) images_.push_back({t, image_.apply(ideal, t)});
+  if (!source) return {};
+  while (images_.front().t < *source) images_.pop_front();
+  return images_.front().image;
 }
 
 }  // namespace sim::sensor_errors

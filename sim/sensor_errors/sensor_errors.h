@@ -17,6 +17,7 @@ struct ImageOptions {
   double gain = 1.0;
   double loss_fraction = 0.0;
   double latency_s = 0;
+  bool operator==(const ImageOptions&) const = default;
 
   static void keys(auto&& key) {
     number<&ImageOptions::read_sigma_gray>(key, 0, 100,
@@ -40,7 +41,8 @@ class ImageErrors {
               std::string stream = "image noise");
 
   /// Returns a new image; `ideal` is CV_8UC1.
-  cv::Mat apply(const cv::Mat& ideal, slam::Stamp t);
+  cv::Mat apply(const cv::Mat& ideal, slam::Stamp t) const;
+  bool operator==(const ImageErrors&) const = default;
 
  private:
   cv::Mat covered(const cv::Mat& image, double fraction) const;
@@ -48,6 +50,7 @@ class ImageErrors {
   /// The pixel for an amount of light (1/16 gray): its mean in 2^-20 gray and its noise in 1/256 gray.
   struct Response {
     int mean = 0, sigma = 0;
+    bool operator==(const Response&) const = default;
   };
   ImageOptions sizes_;
   std::uint64_t seed_;
@@ -140,6 +143,26 @@ struct ErrorOptions {
 /// Sets the values that a data sheet and a calibration of the chest IMU would state: noise, and the clock's
 /// offset.
 void state_errors(const ErrorOptions& errors, rig::RigSensor& chest_imu);
+
+/// Decides which frame's image arrives with each frame: images are lost, frozen and delayed.
+class ImageSources {
+ public:
+  ImageSources(const ErrorOptions& options, std::uint64_t seed);
+  /// Returns the stamp of the frame whose image arrives with the frame at t, or nullopt. Must be called for
+  /// each frame in chronological order. has_image: the frame has an ideal image.
+  std::optional<slam::Stamp> at(slam::Stamp t, bool has_image);
+  /// Returns whether the image of the last frame is to arrive, with it or later.
+  bool is_source(slam::Stamp t) const { return last_unfrozen_ == t; }
+
+ private:
+  std::uint64_t seed_;
+  double loss_fraction_;
+  slam::Stamp latency_;
+  std::vector<FramesLost> losses_;
+  std::vector<FramesFrozen> freezes_;
+  std::optional<slam::Stamp> last_unfrozen_;
+  std::deque<std::pair<slam::Stamp, slam::Stamp>> delayed_;  // frame and source
+};
 
 /// Faults of the planned motion, applied to one observation at a time.
 class PlanErrors {
@@ -235,8 +258,6 @@ class SensorErrors {
   bool strikes(const char* stream, slam::Stamp t) const;
   cv::Mat received_image(const cv::Mat& ideal, slam::Stamp t);
   void disturb(slam::LegMotion& legs, slam::Stamp t);
-  cv::Mat delayed_image(cv::Mat image, slam::Stamp t);
-  bool lost(const char* stream, slam::Stamp t, double fraction) const;
 
   struct StampedImage {
     slam::Stamp t{0};
@@ -247,12 +268,12 @@ class SensorErrors {
   RigErrors rig_;
   InertialErrors gyro_, accelerometer_;
   ImageErrors image_;
+  ImageSources sources_;
   PlanErrors plan_;
   std::optional<Eigen::Vector3d> first_p_OC_;
   MotionClock motion_clock_;
   std::optional<slam::Observation> late_;
-  cv::Mat last_unfrozen_;
-  std::deque<StampedImage> delayed_;
+  std::deque<StampedImage> images_;  // since the one that arrived last
 };
 
 }  // namespace sim::sensor_errors

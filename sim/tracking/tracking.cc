@@ -108,6 +108,7 @@ void Tracking::step(const slam::Observation& arrived) {
     odometry_input_.arrived.back().rig.clear(), odometry_input_.arrived.back().body.clear();
   }
   clock_.now = std::max(clock_.now, arrived.t);
+  image_ = arrived.image;
   advance(clock_.now);
   if (clock_.free <= clock_.now || time_.on_busy == scenario::OnBusy::wait)
     return answer(arrived, clock_.now);

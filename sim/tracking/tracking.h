@@ -85,6 +85,8 @@ class Tracking {
   double external_cpu_ms() { return std::exchange(external_cpu_ms_, 0); }
   /// Returns whether there is a new answer since the last call.
   bool has_answered() { return std::exchange(answers_, tracked_.frames.size()) < tracked_.frames.size(); }
+  /// Returns the image of the last observation that has arrived; empty if it has none.
+  const cv::Mat& image() const { return image_; }
   /// Returns the number of landmarks after the last observation.
   int landmarks() const { return newest() ? newest()->report.landmarks : 0; }
   /// The map after the last observation.
@@ -116,6 +118,7 @@ class Tracking {
   slam::Observation missed_;                          // dropped observations' readings, without images
   slam::Stamp given_ = slam::Stamp::min();            // newest stamp that the estimator has received
   std::unique_ptr<estimators::Estimator> estimator_;  ///< null if it failed to start
+  cv::Mat image_;
   double external_cpu_ms_ = 0;
   std::size_t answers_ = 0;
   struct {

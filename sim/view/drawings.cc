@@ -53,6 +53,7 @@ void Series::add(Frame& frame) {
   row[9] = e.nees.position;
   if (frame.report) {
     row[10] = frame.report->landmarks;
+    row[19] = static_cast<double>(frame.report->health);
     row[11] = static_cast<double>(std::ranges::count_if(frame.report->searched, &slam::Search::used));
     for (std::size_t i = 0; i < score::kSensors.size(); ++i)
       if (const auto nis = slam::nis_of(frame.report->innovations, score::kSensors[i]); nis && nis->dof > 0)

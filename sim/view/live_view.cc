@@ -24,8 +24,9 @@ constexpr std::size_t kMostShown = 32;  // newest frames whose rig readings page
 
 }  // namespace
 
-LiveView::LiveView(const Access& access, ShownRun run, bool control)
+LiveView::LiveView(const Access& access, ShownRun run, bool control, bool real_time)
     : control_(control),
+      real_time_(real_time),
       site_([&] {
         Site site({run}, {{"mode", "live"}, {"control", control}});
         add_rig(site, run.rig.size(), 0,
@@ -39,7 +40,9 @@ LiveView::LiveView(const Access& access, ShownRun run, bool control)
                        [this](Client& client, std::string_view said) { received(client, said); },
                        [this](std::size_t viewers) {
                          if (viewers == 0) pace_.release();
-                       }}) {}
+                       }}) {
+  if (real_time) pace_.obey({"speed", 1});
+}
 
 void LiveView::begin(const recording::RecordingSetup& setup) {
   setup_ = setup;
@@ -114,10 +117,15 @@ void LiveView::send_to_pages(const Message& message) {
 }
 
 void LiveView::pace(slam::Stamp t) {
-  if (control_) pace_.wait(t);
+  if (control_ || real_time_) pace_.wait(t);
 }
 
-void LiveView::end(const std::string& how) {
+void LiveView::end(const std::string& how, std::optional<Playback> finished) {
+  if (finished) {
+    site_.replace(playback_site({std::move(*finished)}, {{"how", how}}));
+    finished_ = true;
+    return send_to_pages(json_message({{"op", "finished"}}));
+  }
   send_series(true);
   send_to_pages(json_message({{"op", "ended"}, {"how", how}, {"frames", frames_}}));
   server_.flush(kForMessages, kForPages);
@@ -135,6 +143,7 @@ Message LiveView::pace_message() const {
 }
 
 void LiveView::opened(Client& client) {
+  if (finished_) return client.send(json_message({{"op", "finished"}}));
   client.send(pace_message());
   {
     const std::lock_guard lock(past_mutex_);

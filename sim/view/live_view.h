@@ -89,8 +89,9 @@ class Pace {
 /// run. Frames are made only for clients with room for them, at most 40 per second.
 class LiveView {
  public:
-  /// control: clients may pause the run, step it and set its speed. Throws as Server does.
-  LiveView(const Access& access, ShownRun run, bool control);
+  /// control: clients may pause the run, step it and set its speed. real_time: starts at that speed. Throws
+  /// as Server does.
+  LiveView(const Access& access, ShownRun run, bool control, bool real_time = false);
   LiveView(const LiveView&) = delete;
   LiveView& operator=(const LiveView&) = delete;
 
@@ -110,8 +111,8 @@ class LiveView {
   /// Waits until the run may continue.
   void pace(slam::Stamp t);
   /// Reports how the run ended. Waits up to 15 s for pages that are loading, then up to 3 s to send
-  /// everything.
-  void end(const std::string& how);
+  /// everything. finished: instead turns the pages, and those opened later, into its playback.
+  void end(const std::string& how, std::optional<Playback> finished = {});
 
  private:
   void opened(Client& client);
@@ -125,9 +126,10 @@ class LiveView {
   /// The newest reading of each rig sensor when a frame was shown; null: none yet.
   using Readings = std::vector<std::shared_ptr<const slam::RigReading>>;
 
-  bool control_;
+  bool control_, real_time_;
+  std::atomic<bool> finished_ = false;
   Pace pace_;
-  Site site_;
+  ServedSite site_;
   recording::RecordingSetup setup_;  // set before begun_, then constant
   std::atomic<bool> begun_ = false;
   struct {

@@ -12,7 +12,6 @@ namespace sim::view {
 namespace {
 
 using nlohmann::ordered_json;
-constexpr double kLongest_m = 4;  // longest half axis drawn: a new landmark's depth is unbounded
 
 /// Returns numbers as a list, rounded to 0.01 mm or 0.00001 rad.
 ordered_json list(const auto& numbers) {
@@ -30,8 +29,7 @@ ordered_json pose(const Eigen::Isometry3d& X) {
 /// Returns the rows of the matrix that maps the unit sphere to the kSigmas ellipsoid.
 ordered_json ellipsoid(const Eigen::Matrix3d& P) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(P);
-  const Eigen::Vector3d half =
-      (pages::kSigmas * solver.eigenvalues().cwiseMax(0).cwiseSqrt()).cwiseMin(kLongest_m);
+  const Eigen::Vector3d half = pages::kSigmas * solver.eigenvalues().cwiseMax(0).cwiseSqrt();
   const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> axes = solver.eigenvectors() * half.asDiagonal();
   return list(axes.reshaped<Eigen::RowMajor>());
 }
@@ -62,10 +60,11 @@ void add_report(ordered_json& to, const slam::FrameReport& report) {
   to["landmarks"] = report.landmarks;
   to["health"] = static_cast<int>(report.health);
   to["state"] = state_in_words(report);
-  ordered_json searches = ordered_json::array(), initialized = ordered_json::array();
+  ordered_json searches = ordered_json::array(), begun = ordered_json::array();
   for (const slam::Search& search : report.searched) searches.push_back(to_json(search));
-  for (const slam::Sighting& first : report.initialized) initialized.push_back(list(first.pixel));
-  to["searches"] = std::move(searches), to["new"] = std::move(initialized);
+  for (const slam::Sighting& first : report.initialized)
+    begun.push_back({first.pixel.x(), first.pixel.y(), first.landmark});
+  to["searches"] = std::move(searches), to["new"] = std::move(begun), to["ended"] = report.deleted;
 }
 
 ordered_json to_json(const FootPlace& foot) {
@@ -94,7 +93,8 @@ ordered_json to_json(const Frame& frame) {
   if (!frame.map) return all;
   all["map"] = ordered_json::array();
   for (const slam::MapPoint& point : *frame.map)
-    all["map"].push_back({point.id, list(point.p_W), ellipsoid(point.covariance)});
+    all["map"].push_back(
+        {point.id, list(point.p_W), ellipsoid(point.covariance), slam::seconds(point.initialized)});
   return all;
 }
 

@@ -21,6 +21,7 @@ namespace sim::view {
 
 namespace fs = std::filesystem;
 
+/// wait: the run waits for a viewer and starts in real time, and the view stays open after it.
 struct ViewRequest : Access {
   bool view = false, control = false, wait = false;
   std::function<void(const std::string& url)> opened = [](const std::string&) {};
@@ -32,8 +33,10 @@ class ViewSession {
   virtual ~ViewSession() = default;
   /// Returns the hooks for the loop of the run.
   virtual const live::RunObserver& run_observer() const = 0;
-  /// Tells the viewers how the run ended.
-  virtual void end(const std::string& how) = 0;
+  virtual void wait_for_viewer() const = 0;
+  /// Tells the viewers how the run ended. If ViewRequest::wait is set, the page becomes the playback of the
+  /// result.
+  virtual void end(const std::string& how, const fs::path& result) = 0;
 };
 
 /// Returns the view of a run, or null if none is requested. Throws whatever LiveView throws.

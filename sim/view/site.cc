@@ -60,6 +60,7 @@ ordered_json json_of(const ShownRun& run) {
           {"seed", run.seed},
           {"variant", run.variant},
           {"recording", run.recording},
+          {"seen", run.seen ? ordered_json(*run.seen) : ordered_json(nullptr)},
           {"pieces", run.pieces},
           {"duration", run.duration_s},
           {"sole", run.sole ? ordered_json{run.sole->min().x(), run.sole->min().y(), run.sole->max().x(),
@@ -73,17 +74,13 @@ ordered_json json_of(const ShownRun& run) {
           {"palette", run.rig.empty() ? ordered_json(nullptr) : ordered_json(colors)}};
 }
 
-// Adds feet, zero-moment point and, if there is a robot, its bodies. frames: in chronological order.
-void add_recorded(std::vector<Frame>& frames, const recording::Truth& truth, const fs::path& recording,
-                  const RobotModel* robot) {
-  exports::RecordedRows forces(recording, "forces0"), encoders(recording, "encoders0");
-  std::size_t foot_row = 0, waist_row = 0;
+// Adds feet and zero-moment point. frames: in chronological order.
+void add_feet(std::vector<Frame>& frames, const recording::Truth& truth, exports::RecordedRows forces) {
+  std::size_t row = 0;
+  const auto& feet = truth.feet;
   for (Frame& frame : frames) {
-    const auto& feet = truth.feet;
-    const auto& waist = truth.waist;
-    while (foot_row + 1 < feet.size() && feet[foot_row + 1].t <= frame.t) ++foot_row;
-    if (foot_row < feet.size())
-      frame.feet = {FootPlace{feet[foot_row].left}, FootPlace{feet[foot_row].right}};
+    while (row + 1 < feet.size() && feet[row + 1].t <= frame.t) ++row;
+    if (row < feet.size()) frame.feet = {FootPlace{feet[row].left}, FootPlace{feet[row].right}};
     forces.until(frame.t);
     if (const std::vector<double>& f = forces.newest; f.size() == 12 && frame.feet) {
       const auto sole = [&](std::size_t foot) {
@@ -92,14 +89,21 @@ void add_recorded(std::vector<Frame>& frames, const recording::Truth& truth, con
       };
       frame.zmp = zero_moment_point({sole(0), sole(1)});
     }
-    while (waist_row < waist.size() && waist[waist_row].t < frame.t) ++waist_row;
-    if (!robot) continue;
-    encoders.until(frame.t);
-    if (const std::vector<double>& q = encoders.newest;
-        !q.empty() && waist_row < waist.size() && waist[waist_row].t == frame.t)
-      frame.bodies =
-          robot->poses(Eigen::Map<const Eigen::VectorXd>(q.data(), std::ssize(q)), waist[waist_row].X);
   }
+}
+
+/// Returns a function that adds the robot's bodies, to be called for each frame in chronological order.
+std::function<void(Frame&)> robot_poses(std::vector<files::TimedPose> waist,
+                                        const std::shared_ptr<exports::RecordedRows>& encoders,
+                                        const RobotModel& robot) {
+  return
+      [waist = std::move(waist), encoders, poses = robot.poses, row = std::size_t{0}](Frame& frame) mutable {
+        while (row < waist.size() && waist[row].t < frame.t) ++row;
+        encoders->until(frame.t);
+        if (const std::vector<double>& q = encoders->newest;
+            !q.empty() && row < waist.size() && waist[row].t == frame.t)
+          frame.bodies = poses(Eigen::Map<const Eigen::VectorXd>(q.data(), std::ssize(q)), waist[row].X);
+      };
 }
 
 constexpr std::size_t kMostCandidates = 2000;  // folders that are searched for a recording
@@ -162,7 +166,7 @@ void add_missing(Playback& playback, const fs::path& result, const std::string& 
                                    "{}, nor in neighboring results, nor in the recording cache. View the "
                                    "result together with the result of its walk.",
                                    hash.substr(0, 12), (result / "recording").string()));
-  else if (playback.run.model && none([](const Frame& frame) { return !frame.bodies.empty(); }))
+  else if (playback.run.model && !playback.add_bodies)
     missing.emplace_back("The robot is not shown: the recording has no joint angles.");
   if (none([](const Frame& frame) { return frame.estimate.has_value(); }))
     missing.emplace_back("No estimate: the run had no filter, or the filter gave no estimate.");
@@ -183,28 +187,96 @@ void add_frames(Site& site, std::size_t run, const std::shared_ptr<Playback>& pl
   for (Frame& frame : playback->frames) series.add(frame);
   site.add(fmt::format("/series/{}", run), bytes_resource(series.bytes()));
   const std::vector<std::size_t> begins = pieces_of(playback->frames);
-  site.add_list(fmt::format("/frames/{}", run),
-                [playback, begins](std::size_t piece) -> std::optional<Resource> {
-                  if (piece + 1 >= begins.size()) return std::nullopt;
-                  ordered_json frames = ordered_json::array();
-                  for (std::size_t i = begins[piece]; i < begins[piece + 1]; ++i) {
-                    frames.push_back(to_json(playback->frames[i]));
-                    if (!playback->images[i].empty()) frames.back()["stored_image"] = true;
-                    if (!playback->rig.empty()) frames.back()["rig"] = i;
-                  }
-                  return resource(kJson, files::json_text(frames));
-                });
+  site.add_list(
+      fmt::format("/frames/{}", run),
+      [playback, begins, posed = std::size_t{0}](std::size_t piece) mutable -> std::optional<Resource> {
+        if (piece + 1 >= begins.size()) return std::nullopt;
+        for (; playback->add_bodies && posed < begins[piece + 1]; ++posed)
+          playback->add_bodies(playback->frames[posed]);
+        ordered_json frames = ordered_json::array();
+        for (std::size_t i = begins[piece]; i < begins[piece + 1]; ++i) {
+          frames.push_back(to_json(playback->frames[i]));
+          if (!playback->images[i].empty()) frames.back()["stored_image"] = true;
+          if (playback->sources[i]) frames.back()["source"] = *playback->sources[i];
+          if (!playback->rig.empty()) frames.back()["rig"] = i;
+        }
+        return resource(kJson, files::json_text(frames));
+      });
+}
+
+/// Sets which frame's image reached the estimator with each frame, and its errors.
+void add_image_errors(Playback& playback, const scenario::Scenario& scenario) {
+  playback.sources.resize(playback.frames.size());
+  if (!scenario.slam || !playback.pictures) return;
+  playback.errors.emplace(scenario.errors.image, scenario.seed, scenario.errors.faults);
+  sensor_errors::ImageSources sources(scenario.errors, scenario.seed);
+  for (std::size_t i = 0; i < playback.frames.size(); ++i)
+    if (const auto t = sources.at(playback.frames[i].t, !playback.images[i].empty()))
+      playback.sources[i] =
+          std::ranges::lower_bound(playback.frames, *t, {}, &Frame::t) - playback.frames.begin();
+}
+
+/// Serves the images as they reached the estimator, row by row, by the number of their source.
+void add_seen(Site& site, std::size_t run, const std::shared_ptr<const Playback>& playback) {
+  const rig::RigSensor camera = recording::head_camera(playback->pictures->setup());
+  site.add_list(fmt::format("/seen/{}", run), [=](std::size_t k) -> std::optional<Resource> {
+    if (k >= playback->images.size() || playback->images[k].empty()) return std::nullopt;
+    const cv::Mat ideal = playback->pictures->read(camera, playback->images[k]).image;
+    const cv::Mat image = playback->errors->apply(ideal, playback->frames[k].t);
+    return bytes_resource(std::string(image.begin<char>(), image.end<char>()));
+  });
+}
+
+bool tracks(const Frame& frame) {
+  return error_of(frame) && (!frame.report || frame.report->health == slam::Health::ok);
+}
+
+/// Returns the errors of two runs over the frames that both track, as rows of the table of changes; none if
+/// both track until the same time.
+ordered_json common_rows(const Playback& a, const Playback& b, const std::vector<std::string>& titles) {
+  std::array<std::vector<pages::FrameError>, 2> errors;
+  std::array<slam::Stamp, 2> ends{};
+  auto other = b.frames.begin();
+  for (const Frame& frame : a.frames) {
+    while (other != b.frames.end() && other->t < frame.t) ++other;
+    const bool of_b = other != b.frames.end() && other->t == frame.t && tracks(*other);
+    if (tracks(frame)) ends[0] = frame.t;
+    if (of_b) ends[1] = frame.t;
+    if (tracks(frame) && of_b) errors[0].push_back(*error_of(frame)), errors[1].push_back(*error_of(*other));
+  }
+  ordered_json rows = ordered_json::array();
+  if (ends[0] == ends[1] || errors[0].empty()) return rows;
+  const double end_s = slam::seconds(std::min(ends[0], ends[1]));
+  const auto add = [&](const char* name, const char* unit, double factor, const auto& square) {
+    std::array<double, 2> value{};
+    for (std::size_t run = 0; run < 2; ++run) {
+      for (const pages::FrameError& e : errors[run]) value[run] += square(e);
+      value[run] = factor * std::sqrt(value[run] / static_cast<double>(errors[run].size()));
+    }
+    std::vector<std::string> cells(titles.size());
+    cells[0] = fmt::format("RMS error of {} while both track, to {:.1f} s [{}]", name, end_s, unit);
+    for (std::size_t run = 0; run < 2; ++run) cells[1 + run] = fmt::format("{:.4g}", value[run]);
+    const auto change = std::ranges::find(titles, "change from A to B") - titles.begin();
+    cells[static_cast<std::size_t>(change)] = fmt::format("{:+.3g}", value[1] - value[0]);
+    rows.push_back(
+        {{"key", false}, {"cells", cells}, {"remark", "over the common tracked time"}, {"t", end_s}});
+  };
+  add("position", "mm", pages::kMm, [](const auto& e) { return e.error.template head<3>().squaredNorm(); });
+  add("heading", "deg", pages::kDeg, [](const auto& e) { return e.error(3) * e.error(3); });
+  return rows;
 }
 
 /// Returns the table of changes; t: the time at which the worse of the first two runs is worst in a metric.
 /// Other seeds are paired if both runs have the same seed.
-ordered_json changes_of(const std::vector<const pages::RunData*>& runs) {
+ordered_json changes_of(const std::vector<std::shared_ptr<Playback>>& results) {
+  std::vector<const pages::RunData*> runs;
+  for (const auto& result : results) runs.push_back(&result->data);
   const pages::RunData &a = *runs[0], &b = *runs[1];
   std::vector<result::SeedScore> of_a{a}, of_b{b};
   if (a.seed == b.seed) of_a = pages::seeds_beside(a), of_b = pages::seeds_beside(b);
   of_b.front().seed = of_a.front().seed;
   const pages::ChangeTable table = pages::changes(runs, of_a, of_b);
-  ordered_json rows = ordered_json::array();
+  ordered_json rows = common_rows(*results[0], *results[1], table.titles);
   for (const auto& row : table.rows) {
     const auto loss = [&](const pages::RunData& run) {
       const auto value = run.value(row.metric);
@@ -218,45 +290,6 @@ ordered_json changes_of(const std::vector<const pages::RunData*>& runs) {
                     {"t", t ? ordered_json(*t) : ordered_json(nullptr)}});
   }
   return {{"titles", table.titles}, {"rows", rows}};
-}
-
-Site site_of(std::vector<Playback> given) {
-  std::vector<const pages::RunData*> data;
-  std::vector<std::shared_ptr<Playback>> results;
-  for (Playback& one : given) {
-    results.push_back(std::make_shared<Playback>(std::move(one)));
-    data.push_back(&results.back()->data);
-    if (data.back()->scenario != data[0]->scenario)
-      throw std::invalid_argument(
-          fmt::format("view: the results are from {} and {}, expected a single scenario", data[0]->scenario,
-                      data.back()->scenario));
-  }
-  const std::vector<std::string> variants = pages::variants(data);
-  std::vector<ShownRun> runs;
-  for (std::size_t i = 0; i < results.size(); ++i) {
-    results[i]->run.variant = variants[i];
-    results[i]->run.pieces = pieces_of(results[i]->frames).size() - 1;
-    runs.push_back(results[i]->run);
-  }
-  ordered_json about{{"mode", "playback"}, {"control", false}};
-  if (data.size() > 1) about["changes"] = changes_of(data);
-  Site site(runs, about);
-  site.at("/picture/0/0", "");  // starts painting early, because the browser takes a while to ask for it
-  for (std::size_t i = 0; i < results.size(); ++i) {
-    add_frames(site, i, results[i]);
-    if (!results[i]->pictures) continue;
-    std::vector<rig::RigSensor> sensors = results[i]->run.rig;
-    sensors.push_back(recording::head_camera(results[i]->pictures->setup()));
-    std::vector<std::vector<fs::path>> files = results[i]->rig;
-    files.push_back(results[i]->images);
-    add_rig(
-        site, sensors.size(), i,
-        [sensors, files, pictures = results[i]->pictures](std::size_t sensor, std::size_t k) -> std::string {
-          if (k >= files[sensor].size() || files[sensor][k].empty()) return "";
-          return sent(pictures->read(sensors[sensor], files[sensor][k]), sensors[sensor]);
-        });
-  }
-  return site;
 }
 
 }  // namespace
@@ -342,19 +375,26 @@ std::optional<Resource> Site::at(std::string_view path, std::string_view token) 
 
 Playback read_playback(const fs::path& result, const MakeRobot& make_robot,
                        const std::vector<fs::path>& given) {
-  pages::RunData data = pages::read_run(result);
   const scenario::Scenario scenario = scenario::read_scenario(result / "scenario.yaml").scenario;
+  const fs::path recording = recording_of(result, result::read_about(result / "about.json").recording, given);
+  auto robot_of = std::async(std::launch::async,
+                             [&] { return make_robot ? std::optional(make_robot(scenario)) : std::nullopt; });
+  auto recorded_of = std::async(std::launch::async, [&] {
+    return recording.empty() ? std::nullopt : std::optional(recording::read_truth(recording));
+  });
+  pages::RunData data = pages::read_run(result, pages::Reads::result);
   Playback playback;
   playback.frames = std::move(data.frames);
   if (playback.frames.empty())
     throw files::FileError(result / "truth.tum", "has no poses, expected one per frame");
-  const fs::path recording = recording_of(result, data.about.recording, given);
-  std::optional<RobotModel> robot;
-  if (make_robot) robot = make_robot(scenario);
+  const std::optional<RobotModel> robot = robot_of.get();
   add_robot(playback.run, robot);
   if (!recording.empty()) {
-    if (!data.recorded) data.recorded = recording::read_truth(recording);
-    add_recorded(playback.frames, *data.recorded, recording, robot ? &*robot : nullptr);
+    data.recorded = recorded_of.get();
+    add_feet(playback.frames, *data.recorded, exports::RecordedRows(recording, "forces0"));
+    const auto encoders = std::make_shared<exports::RecordedRows>(recording, "encoders0");
+    if (robot && !encoders->names.empty())
+      playback.add_bodies = robot_poses(data.recorded->waist, encoders, *robot);
     playback.pictures = std::make_shared<const pages::Pictures>(recording);
     playback.run.camera = playback.pictures->setup().calibration.camera;
     playback.run.rig = playback.pictures->setup().rig;
@@ -365,6 +405,7 @@ Playback read_playback(const fs::path& result, const MakeRobot& make_robot,
   }
   playback.images = recording.empty() ? std::vector<fs::path>(playback.frames.size())
                                       : pages::image_files(playback.frames, recording);
+  add_image_errors(playback, scenario);
   playback.run.label = data.label();
   playback.run.scenario = data.scenario, playback.run.seed = data.seed;
   playback.run.recording = data.about.recording;
@@ -377,8 +418,57 @@ Playback read_playback(const fs::path& result, const MakeRobot& make_robot,
   return playback;
 }
 
-PlaybackView::PlaybackView(const Access& access, std::vector<Playback> results)
-    : site_(site_of(std::move(results))),
+Site playback_site(std::vector<Playback> given, ordered_json about) {
+  std::vector<const pages::RunData*> data;
+  std::vector<std::shared_ptr<Playback>> results;
+  for (Playback& one : given) {
+    results.push_back(std::make_shared<Playback>(std::move(one)));
+    data.push_back(&results.back()->data);
+    if (data.back()->scenario != data[0]->scenario)
+      throw std::invalid_argument(
+          fmt::format("view: the results are from {} and {}, expected a single scenario", data[0]->scenario,
+                      data.back()->scenario));
+  }
+  const std::vector<std::string> variants = pages::variants(data);
+  std::vector<ShownRun> runs;
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    results[i]->run.variant = variants[i];
+    const auto same = std::ranges::find_if(results, [&](const auto& other) {
+      return other->run.recording == results[i]->run.recording && other->errors == results[i]->errors &&
+             other->sources == results[i]->sources;
+    });
+    if (results[i]->errors) results[i]->run.seen = same - results.begin();
+    results[i]->run.pieces = pieces_of(results[i]->frames).size() - 1;
+    runs.push_back(results[i]->run);
+  }
+  about.update({{"mode", "playback"}, {"control", false}});
+  if (data.size() > 1) about["changes"] = changes_of(results);
+  Site site(runs, about);
+  site.at("/picture/0/0", "");  // starts painting early, because the browser takes a while to ask for it
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    add_frames(site, i, results[i]);
+    if (!results[i]->pictures) continue;
+    if (results[i]->errors) add_seen(site, i, results[i]);
+    std::vector<rig::RigSensor> sensors = results[i]->run.rig;
+    sensors.push_back(recording::head_camera(results[i]->pictures->setup()));
+    std::vector<std::vector<fs::path>> files = results[i]->rig;
+    files.push_back(results[i]->images);
+    add_rig(
+        site, sensors.size(), i,
+        [sensors, files, pictures = results[i]->pictures](std::size_t sensor, std::size_t k) -> std::string {
+          if (k >= files[sensor].size() || files[sensor][k].empty()) return "";
+          return sent(pictures->read(sensors[sensor], files[sensor][k]), sensors[sensor]);
+        });
+  }
+  return site;
+}
+
+PlaybackView::PlaybackView(const Access& access)
+    : site_(Site({}, {{"mode", "reading"}})),
       server_(access, {[this](std::string_view path) { return site_.at(path, server_.access().token); }}) {}
+
+void PlaybackView::show(std::vector<Playback> results) {
+  site_.replace(playback_site(std::move(results), ordered_json::object()));
+}
 
 }  // namespace sim::view

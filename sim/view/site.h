@@ -5,6 +5,7 @@
 #include <array>
 #include <filesystem>
 #include <map>
+#include <mutex>
 #include <nlohmann/json_fwd.hpp>
 
 #include "sim/pages/html.h"
@@ -41,7 +42,8 @@ struct ShownRun {
   std::string label;                                        ///< "tangent_circle, seed 1"
   std::string scenario = {}, variant = {}, recording = {};  ///< for a finished run; recording: its hash
   std::uint64_t seed = 0;
-  std::size_t pieces = 0;  ///< number of pieces in which its frames are served
+  std::optional<std::size_t> seen = {};  ///< first run with the same images as its estimator got
+  std::size_t pieces = 0;                ///< number of pieces in which its frames are served
   std::optional<slam::CameraIntrinsics> camera = std::nullopt;
   double duration_s = 0;  ///< 0: unknown
   std::vector<Moment> moments = {};
@@ -77,6 +79,24 @@ class Site {
   std::map<std::string, std::function<std::optional<Resource>(std::size_t)>, std::less<>> lists_;
 };
 
+/// A site that may be replaced while it is served.
+class ServedSite {
+ public:
+  explicit ServedSite(Site site) : site_(std::move(site)) {}
+  void replace(Site site) {
+    const std::lock_guard lock(mutex_);
+    site_ = std::move(site);
+  }
+  std::optional<Resource> at(std::string_view path, std::string_view token) {
+    const std::lock_guard lock(mutex_);
+    return site_.at(path, token);
+  }
+
+ private:
+  std::mutex mutex_;
+  Site site_;
+};
+
 /// Returns a text message that must not be lost.
 Message json_message(const nlohmann::ordered_json& content);
 
@@ -102,14 +122,14 @@ class Series {
  public:
   /// Time (s); errors and their standard deviations (mm, deg); NEES; landmarks in the map and found; distance
   /// that the standing soles moved (mm); distance of the zero-moment point inside the support polygon (mm);
-  /// NIS by degrees of freedom, by score::kSensors.
+  /// NIS by degrees of freedom, by score::kSensors; health as in slam::Health.
   static constexpr std::array kNames{"t",          "x",          "y",
                                      "z",          "heading",    "sigma_x",
                                      "sigma_y",    "sigma_z",    "sigma_heading",
                                      "nees",       "landmarks",  "found",
                                      "slip_left",  "slip_right", "margin",
                                      "nis_vision", "nis_gyro",   "nis_plan_velocity",
-                                     "nis_height"};
+                                     "nis_height", "health"};
   using Row = std::array<double, kNames.size()>;
 
   /// sole: the outline of both soles; without it, there is no support polygon.
@@ -147,11 +167,16 @@ MakeRobot robot_maker(const fs::path& models);
 /// A result for playback by the page.
 struct Playback {
   ShownRun run;
-  pages::RunData data;                              ///< without its frames, which are below
-  std::vector<Frame> frames;                        ///< without images
-  std::vector<fs::path> images;                     ///< PNG of each frame, or empty
-  std::vector<std::vector<fs::path>> rig = {};      ///< the same for each rig sensor
-  std::shared_ptr<const pages::Pictures> pictures;  ///< absent without a recording
+  pages::RunData data;        ///< without its frames, which are below
+  std::vector<Frame> frames;  ///< without images and bodies
+  /// Adds the bodies to each frame, in chronological order; empty without a robot.
+  std::function<void(Frame&)> add_bodies = {};
+  std::vector<fs::path> images;  ///< PNG of each frame, or empty
+  std::vector<std::optional<std::size_t>>
+      sources;  ///< frame whose image reached the estimator with each frame
+  std::optional<sensor_errors::ImageErrors> errors;  ///< of these images; absent without an estimator
+  std::vector<std::vector<fs::path>> rig = {};       ///< the same for each rig sensor
+  std::shared_ptr<const pages::Pictures> pictures;   ///< absent without a recording
 };
 
 /// Reads a result folder and its recording. A result without its own recording uses the one with the
@@ -164,15 +189,21 @@ inline constexpr std::size_t kMostRuns = 4;  ///< maximum on a page
 /// Durations of the frames in one resource. A page shows its first picture once it has the first resource.
 inline constexpr slam::Stamp kFirstPiece = std::chrono::seconds(1), kPiece = std::chrono::seconds(10);
 
-/// Serves one result, or several results of the same scenario.
+/// Returns the files of one result, or of several results of the same scenario. about: additional keys.
+/// Throws std::invalid_argument if there are two scenarios.
+Site playback_site(std::vector<Playback> results, nlohmann::ordered_json about);
+
+/// Serves results. Until show(), the page waits.
 class PlaybackView {
  public:
-  /// Throws std::invalid_argument if there are two scenarios, and whatever Server throws.
-  PlaybackView(const Access& access, std::vector<Playback> results);
+  /// Throws whatever Server throws.
+  explicit PlaybackView(const Access& access);
   const Access& access() const { return server_.access(); }
+  /// Throws as playback_site() does.
+  void show(std::vector<Playback> results);
 
  private:
-  Site site_;
+  ServedSite site_;
   Server server_;
 };
 

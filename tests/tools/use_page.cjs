@@ -1,5 +1,5 @@
 // Uses a page in headless Chromium and prints the findings as one JSON object:
-// node use_page.cjs live|playback|keys|values|compare|rig|watch|picture URL PROFILE_FOLDER [SECONDS [PICTURE
+// node use_page.cjs live|playback|keys|values|images|compare|rig|watch|picture URL PROFILE_FOLDER [SECONDS [PICTURE
 //                   [WIDTH HEIGHT [light|dark]]]]
 // node use_page.cjs report PAGE_OF_SEVERAL_RUNS.html PROFILE_FOLDER
 // node use_page.cjs audit "URL_OR_PAGE..." PROFILE_FOLDER FOLDER_OF_NODE_MODULES
@@ -10,7 +10,11 @@ const {say} = require('./browser.cjs');
 
 const isReady = () => document.documentElement?.dataset.ready === 'true';
 const hasModel = () => document.documentElement?.dataset.model === 'true';
-const hasEnded = () => document.documentElement?.dataset.ended === 'true';
+/// The run has ended and the page has become its playback.
+const hasEnded = () => {
+  const {ended, ready, model} = document.documentElement?.dataset ?? {};
+  return ended === 'true' && ready === 'true' && model === 'true';
+};
 /// The head image belongs to the displayed frame.
 const headIsShown = () => gaitslamPage.panes[0].headIndex === gaitslamPage.panes[0].index;
 const frameCount = () => gaitslamPage.panes[0].run.frames.length;
@@ -60,6 +64,7 @@ async function useLive(browser, url) {
   await browser.rest(300);
   await browser.when(hasModel);
   await browser.when(() => gaitslamPage.panes[0].series?.t.length > 0);
+  const speed = await browser.call(() => gaitslamPage.controls.speeds.value);
   const past = await browser.call(() => {
     const [{run, series}] = gaitslamPage.panes;
     return {frame: run.frames[0].t, value: series.t[0], steps: run.landed.length};
@@ -79,11 +84,17 @@ async function useLive(browser, url) {
   await browser.when(moreThan, stepped);
   await browser.press('f', 70);
   await browser.when(hasEnded);
+  const ended = await browser.call(() => gaitslamPage.about.mode);
+  await browser.send('Page.reload');
+  await browser.rest(500);
+  await browser.when(hasEnded);
   await browser.press('Home', 36);
   await browser.press('ArrowRight', 39);
   return {
     back,
     past,
+    speed,
+    ended,
     after: await browser.call(index),
     received: await browser.call(frameCount),
     first: short(first),
@@ -246,6 +257,36 @@ async function useKeys(browser, url) {
   return {moved, playing: await browser.call(() => gaitslamPage.player.playing), said: browser.said};
 }
 
+/// The mean gray values of the head image at several instants, and whether it is struck as lost.
+async function readImages(browser, url, ...times) {
+  const meanOf = () => {
+    const [pane] = gaitslamPage.panes,
+      {image, run} = pane,
+      frame = run.frames[pane.index],
+      context = new OffscreenCanvas(image.width, image.height).getContext('2d');
+    context.drawImage(image, 0, 0);
+    const {data} = context.getImageData(0, 0, image.width, image.height);
+    let sum = 0;
+    for (let i = 0; i < data.length; i += 4) sum += data[i];
+    return {
+      t: frame.t,
+      mean: (4 * sum) / data.length,
+      isLost: pane.isLost(frame) === true
+    };
+  };
+  await openView(browser, url);
+  const see = async (t) => {
+    await browser.call(goTo, t);
+    await browser.when(headIsShown);
+    return browser.call(meanOf);
+  };
+  const seen = [];
+  for (const t of times) seen.push(await see(+t));
+  await browser.call(() => gaitslamPage.setSeen(false));
+  await browser.rest(500);
+  return {seen, recorded: await see(+times[0]), said: browser.said};
+}
+
 /// Returns the figures' values at several instants of the walk, both at the cursor and at its time.
 function valuesAt(count) {
   const {
@@ -259,8 +300,13 @@ function valuesAt(count) {
     player.go(frames[Math.floor((k * frames.length) / count)].t);
     const [x] = read('error_x'),
       [distance] = read('distance'),
-      [, landmarks] = read('landmarks');
-    return {index: pane.index, t: player.t, x, distance, landmarks};
+      [, landmarks] = read('landmarks'),
+      rows = pane.run.mapAt(pane.index),
+      ages = rows.map(([id]) => [
+        id,
+        parseFloat(/, ([-0-9.]+) s old/.exec(pane.run.landmarkText(pane.index, id))?.[1])
+      ]);
+    return {index: pane.index, t: player.t, x, distance, landmarks, ages, said: pane.counts.textContent};
   });
 }
 
@@ -360,6 +406,8 @@ function comparison() {
     visible: scene.beliefs.map(({path: line}) => line.object.visible),
     columns: scene.columns,
     marks: moments.partings,
+    why: gaitslamPage.why.textContent,
+    bands: all('[data-figure=error_x] .fill').map((band) => getComputedStyle(band).display !== 'none'),
     hash: location.hash
   };
 }
@@ -637,6 +685,7 @@ const uses = {
   values: readValues,
   compare,
   rig: useRig,
+  images: readImages,
   watch,
   picture,
   report: useReport,

@@ -31,7 +31,8 @@ using LongViewTest = ViewTest;
 TEST_F(ViewTest, TheLivePageShowsTheWalkAndObeysItsControls) {
   // Long enough for a browser on a busy machine to slow it down.
   write("long.yaml", scenario_of("{straight: {forward_m: 0.6}}, {stand: {duration_s: 90}}", "rate_hz: 10"));
-  const json found = browsed("run long.yaml --view --control --wait --out live", "live");
+  const json found =
+      browsed("run long.yaml --view --control --wait --out live", "live", "", "kill -INT $!; wait $!");
   EXPECT_GT(found["later"]["bodies"], 20);
   EXPECT_GT(found["later"]["ellipsoids"], 5);
   EXPECT_NE(found["first"]["robot"], found["later"]["robot"]);
@@ -42,13 +43,15 @@ TEST_F(ViewTest, TheLivePageShowsTheWalkAndObeysItsControls) {
   for (const char* const part : {"frame", "value"})
     EXPECT_LT(found["past"][part], 0.2) << "a new page shows the past";
   EXPECT_GT(found["past"]["steps"], 0);
-  EXPECT_EQ(found["after"], 1) << "the end turns the page into a playback";
+  EXPECT_EQ(found["speed"], "1") << "the run starts in real time";
+  EXPECT_EQ(found["ended"], "playback") << "the end turns the page into a playback";
+  EXPECT_EQ(found["after"], 1) << "also after a reload";
+  EXPECT_GT(found["received"], 900) << "with all frames";
   EXPECT_EQ(found["paused_frames"], 0);
   EXPECT_GE(found["stepped_frames"], 1);
   EXPECT_LE(found["stepped_frames"], 2);
   EXPECT_THAT(found["how"].get<std::string>(),
-              Has("The run has ended: completed. tools/gaitslam view live/seed-1",
-                  " received " + found["received"].dump() + " of "));
+              Has("The run has ended: completed. tools/gaitslam view live/seed-1"));
   EXPECT_THAT(found["said"], IsEmpty()) << "the browser's console is not empty";
 }
 
@@ -59,12 +62,13 @@ TEST_F(ViewTest, CanBeInterruptedWhileItReadsItsResults) {
       "' view walks/seed-1 >url & until ls -l /proc/$!/fd | grep -q waist_plan.tum; do kill -0 $! || exit "
       "77; done; kill -INT $!; wait $!")
       .ends(130);
-  EXPECT_EQ(text_of("url"), "");
+  EXPECT_THAT(text_of("url"), StartsWith("view at ")) << "the server is there before the result is read";
 }
 
 TEST_F(ViewTest, ResultsAreTheSameBytesWithAndWithoutAView) {
   short_walks("plain");
-  const json found = browsed("run walk.yaml --view --wait --out viewed", "watch");
+  const json found =
+      browsed("run walk.yaml --view --wait --out viewed", "watch", "", "kill -INT $!; wait $!");
   EXPECT_GT(found["frames"], 3);
   EXPECT_GT(found["bodies"], 20);
   EXPECT_GT(found["ellipsoids"], 5);
@@ -116,6 +120,40 @@ TEST_F(ViewTest, TheKeyboardWorksAfterClicksAndAnArrowMovesOneFrame) {
   EXPECT_THAT(found["said"], IsEmpty());
 }
 
+// The estimator logs the mean gray value of each image that it gets.
+TEST_F(ViewTest, TheHeadImageIsTheOneThatTheEstimatorGot) {
+  std::string program = sim::files::read_text(kSources + "/tools/examples/gyro_and_plan.py");
+  const std::string call = "            estimator.process(data)\n";
+  ASSERT_NE(program.find(call), program.npos);
+  program.insert(program.find(call),
+                 "            t, w, h, g, a = struct.unpack_from('<qIIII', data)\n"
+                 "            if w: print(t, np.frombuffer(data, 'u1', w * h, 368 + 40 * (g + a)).mean())\n"
+                 "            sys.stdout.flush()\n");
+  write("gray.py", program);
+  short_walks("one");
+  ok("replay one/seed-1 'errors.faults=[{frames_dimmed: {from_s: 0.5, duration_s: 0.2, factor: 0.3}}, "
+     "{frames_covered: {from_s: 0.8, duration_s: 0.1}}, {frames_lost: {from_s: 1, duration_s: 0.1}}]' "
+     "'estimator={program: [/usr/bin/python3, gray.py]}' --out faults");
+  std::map<double, double> means;
+  for (const std::string& line : sim::files::lines_of(text_of("faults/estimator.log"))) {
+    long long t = 0;
+    double mean = 0;
+    ASSERT_EQ(std::sscanf(line.c_str(), "%lld %lf", &t, &mean), 2) << line;
+    means[1e-9 * static_cast<double>(t)] = mean;
+  }
+  const json found = shown("faults", "images", "0.61 0.11 0.81 1.01");
+  const auto mean_at = [&](double t) { return means.lower_bound(t - 1e-4)->second; };
+  ASSERT_EQ(found["seen"].size(), 4u);
+  for (int i = 0; i < 3; ++i) {
+    const json& seen = found["seen"][i];
+    EXPECT_NEAR(seen["mean"], mean_at(seen["t"]), 1) << seen;
+    EXPECT_EQ(seen["isLost"], false);
+  }
+  EXPECT_GT(found["recorded"]["mean"].get<double>(), 2 * found["seen"][0]["mean"].get<double>());
+  EXPECT_EQ(found["seen"][3]["isLost"], true);
+  EXPECT_THAT(found["said"], IsEmpty());
+}
+
 TEST_F(ViewTest, ValuesAtTheCursorMatchTheFilesAndAZoomKeepsTheCursorAtItsTime) {
   short_walks("one");
   const json found = shown("one/seed-1", "values", "250");
@@ -124,6 +162,14 @@ TEST_F(ViewTest, ValuesAtTheCursorMatchTheFilesAndAZoomKeepsTheCursorAtItsTime) 
   std::vector<double> landmarks;
   for (sim::files::CsvReader rows(folder_ / "one/seed-1/frames.csv"); rows.next();)
     landmarks.push_back(rows.number(1));
+  std::map<int, std::pair<double, double>> lives;  // begin and end of each landmark
+  for (sim::files::CsvReader rows(folder_ / "one/seed-1/landmarks.csv"); rows.next();)
+    lives[static_cast<int>(rows.integer(0))] = {1e-9 * rows.number(1),
+                                                rows.text(4).empty() ? INFINITY : 1e-9 * rows.number(4)};
+  std::set<int> stored;
+  for (const auto& [file, column] : {std::pair{"map_over_time.csv", 1}, {"map.csv", 0}})
+    for (sim::files::CsvReader rows(folder_ / "one/seed-1" / file); rows.next();)
+      stored.insert(static_cast<int>(rows.integer(static_cast<std::size_t>(column))));
   ASSERT_EQ(found["at"].size(), 250u);
   for (const json& at : found["at"]) {
     const std::size_t i = at["index"];
@@ -134,6 +180,14 @@ TEST_F(ViewTest, ValuesAtTheCursorMatchTheFilesAndAZoomKeepsTheCursorAtItsTime) 
                   0.501 * std::pow(10, std::floor(std::log10(std::abs(value))) - 3))
           << name << " at " << at["t"];
     EXPECT_EQ(std::stod(at["landmarks"].get<std::string>()), landmarks[i]) << at["t"];
+    const double t = 1e-9 * static_cast<double>(truth[i].t.count());
+    std::map<int, double> ages;
+    for (const auto& [id, life] : lives)
+      if (life.first <= t + 1e-6 && life.second > t + 1e-6 && stored.contains(id)) ages[id] = t - life.first;
+    ASSERT_EQ(at["ages"].size(), ages.size()) << at["t"] << ": the map is the filter's";
+    for (const json& age : at["ages"]) EXPECT_NEAR(age[1], ages.at(age[0]), 0.0051) << at["t"];
+    EXPECT_THAT(at["said"].get<std::string>(),
+                StartsWith(fmt::format("{:.0f} landmarks (positions of ", landmarks[i])));
   }
   for (const json& figure : found["zoomed"]) {
     EXPECT_EQ(figure["range"], found["zoomed"][0]["range"]) << "all figures are zoomed together";
@@ -183,6 +237,9 @@ TEST_F(ViewTest, TwoRunsAreComparedInOneSceneAndTheirDivergenceIsMarked) {
       << "a run that ended has no values while a longer one continues";
   EXPECT_THAT(found["beyond"]["state"].get<std::string>(), StartsWith("The run ended at "));
   EXPECT_EQ(marked["shown"][0], marked["shown"][1]) << "both images at one instant";
+  EXPECT_EQ(marked["bands"], (json{true, false})) << "3σ of A only";
+  EXPECT_THAT(marked["why"].get<std::string>(),
+              ContainsRegex("^Why B is worse: at .* s landmark"));
   for (int run = 0; run < 2; ++run)
     for (int axis = 0; axis < 3; ++axis)
       EXPECT_NEAR(marked["ghosts"][run][axis], marked["estimates"][run][axis], 1e-5) << run;
@@ -216,7 +273,10 @@ TEST_F(LongViewTest, WhereAFaultOfTheSecondRunAloneMovesItsEstimateIsMarkedWithi
       "replay one/seed-1 'errors.faults=[{frames_lost: {from_s: 3, duration_s: 4}}, {gyro_spike: {from_s: 3, "
       "duration_s: 1, size_rad_s: 0.3}}]' --out lost");
   const json found = shown("one/seed-1 lost", "compare");
-  EXPECT_NEAR(time_of_mark(found, "errors differ by more than 3σ"), 3.5, 0.55) << found["marked"]["marks"];
+  const double mark = time_of_mark(found, "errors differ by more than 3σ");
+  EXPECT_NEAR(mark, 3.5, 0.55) << found["marked"]["marks"];
+  const json turned = shown("lost one/seed-1", "compare");
+  EXPECT_EQ(time_of_mark(turned, "errors differ by more than 3σ"), mark) << "independent of the order";
 }
 
 TEST_F(ViewTest, DepthHasAValueAndABarAndLidarPointsAreColoredByHeightOrIntensity) {
@@ -262,7 +322,7 @@ TEST_F(ViewTest, RefusesWhatCannotBeShown) {
        {"view one/seed-1 --address 192.0.2.1" + token, "; --port 0 selects any free port"},
        {"run walk.yaml --view --seeds 1,2", "--view: shows one live walk"}});
   write("one/seed-1/truth.tum", "0 1\n");
-  expect_refused("view one/seed-1", "truth.tum");
+  EXPECT_THAT(gaitslam("view one/seed-1").ends(2).err, Has("truth.tum"));
 }
 
 TEST_F(LongViewTest, TheScriptOfTheFrontPageMakesItsPictures) {

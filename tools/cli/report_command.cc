@@ -1,7 +1,5 @@
-#include <pthread.h>
-#include <signal.h>
-
 #include <cstdlib>
+#include <future>
 #include <iostream>
 #include <set>
 
@@ -209,19 +207,21 @@ void require_results(const std::vector<std::string>& results) {
 
 int view_results(RequestToView& request) {
   require_results(request.results);
-  const view::MakeRobot make_robot = view::robot_maker(standard_models());
-  std::vector<view::Playback> results;
-  for (const std::string& result : request.results)
-    results.push_back(
-        view::read_playback(result, make_robot, {request.results.begin(), request.results.end()}));
-  sigset_t signals{};
-  ::sigemptyset(&signals);
-  for (const int one : {SIGINT, SIGTERM, SIGHUP}) ::sigaddset(&signals, one);
-  ::pthread_sigmask(SIG_BLOCK, &signals, nullptr);  // before the server's threads inherit it
-  const view::PlaybackView shown(request, std::move(results));
+  const BlockedInterrupts blocked;  // also in the server's thread
+  view::PlaybackView shown(request);
   print_view(view::url(shown.access()));
-  int which = 0;
-  ::sigwait(&signals, &which);
+  auto read = std::async(std::launch::async, [&] {
+    const view::MakeRobot make_robot = view::robot_maker(standard_models());
+    std::vector<view::Playback> results;
+    for (const std::string& result : request.results)
+      results.push_back(
+          view::read_playback(result, make_robot, {request.results.begin(), request.results.end()}));
+    shown.show(std::move(results));
+  });
+  while (read.wait_for(std::chrono::milliseconds(10)) != std::future_status::ready)
+    if (const auto which = blocked.pending()) std::_Exit(128 + *which);
+  read.get();
+  blocked.wait();
   return 0;
 }
 

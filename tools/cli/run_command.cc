@@ -52,7 +52,12 @@ result::Outcome run_cached(const scenario::ReadScenario& read, const result::Res
 
 int run_one(const scenario::ReadScenario& read, const RunRequest& request, const fs::path& root) {
   const fs::path folder = root / fmt::format("seed-{}", read.scenario.seed);
-  const auto view = view_of_run(request.view, read, standard_models());
+  std::unique_ptr<view::ViewSession> view;
+  {
+    const BlockedInterrupts blocked;  // also in the server's thread
+    view = view_of_run(request.view, read, standard_models());
+  }
+  if (request.view.wait) view->wait_for_viewer();
   result::Outcome outcome;
   {
     ProgressLine progress(fmt::format("{} seed {}", read.scenario.name, read.scenario.seed));
@@ -69,11 +74,15 @@ int run_one(const scenario::ReadScenario& read, const RunRequest& request, const
   }
   if (view)
     view->end(fmt::format("The run has ended: {}. tools/gaitslam view {} shows it again.",
-                          scenario::name_of(outcome.ending), files::shell_word(folder.string())));
+                          scenario::name_of(outcome.ending), files::shell_word(folder.string())),
+              folder);
   const int exit_code = cli::report(outcome, folder, request.all_metrics);
   const auto is_over_seeds = [](const scenario::MetricLimit& limit) { return limit.aggregate.has_value(); };
   if (std::ranges::any_of(read.scenario.limits.metrics, is_over_seeds))
     text_out() << "limits over seeds (mean, median or worst) are judged only with --seeds\n";
+  if (!request.view.wait) return exit_code;
+  text_out() << "the view shows the result until Ctrl-C" << std::endl;
+  BlockedInterrupts().wait();
   return exit_code;
 }
 

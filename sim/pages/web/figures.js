@@ -71,6 +71,7 @@ export class Figure {
     this.whole = new Axis(this.svg.dataset.x);
     this.x = new Axis(this.svg.dataset.x);
     this.y = new Axis(this.svg.dataset.y);
+    this.wholeY = new Axis(this.svg.dataset.y);
     this.overTime = this.svg.dataset.overTime === 'yes';
     this.label = this.overTime ? 'time [s]' : 'x';
     this.parts = columns ?? embedded(holder);
@@ -117,20 +118,40 @@ export class Figure {
     return values.map((column) => short(column[i])).join(' to ');
   }
 
+  /// The range of y of the lines over the shown range of x.
+  shownRange() {
+    const {lines, zero} = this.rescaled,
+      isShown = (x) => x >= this.x.low && x <= this.x.high;
+    return rangeOf(
+      lines.map(({x, y, isOff}) => y.filter((_, i) => isShown(x[i]) && !(isOff?.[i] > 0))),
+      zero
+    );
+  }
+
+  drawTicksOfY() {
+    const {x, y} = this;
+    const lineOf = (v) =>
+      gridLine(v, `M${x.begin} ${y.at(v)}H${x.end}`, {x: x.begin - 5, y: y.at(v) + 4, 'text-anchor': 'end'});
+    this.svg.querySelector('.y-ticks').replaceChildren(...ticks(y.low, y.high, 6).flatMap(lineOf));
+  }
+
   hide() {
     this.shown = null;
     this.cursor.setAttribute('d', '');
     for (const text of this.holder.querySelectorAll('.legend b, .legend .at')) text.textContent = '';
   }
 
+  /// Shows a range of x, and of y if the figure was drawn here.
   zoom(low, high) {
-    const {
-        viewBox: {
-          baseVal: {y, height}
-        }
-      } = this.data,
-      from = this.whole.at(low);
+    const from = this.whole.at(low);
+    let {y, height} = this.data.viewBox.baseVal;
     Object.assign(this.x, {low, high});
+    if (this.rescaled) {
+      [this.y.low, this.y.high] = this.isZoomed ? this.shownRange() : [this.wholeY.low, this.wholeY.high];
+      y = this.wholeY.at(this.y.high);
+      height = this.wholeY.at(this.y.low) - y;
+      this.drawTicksOfY();
+    }
     this.data.setAttribute('viewBox', `${from} ${y} ${this.whole.at(high) - from} ${height}`);
     this.svg.classList.toggle('zoomed', this.isZoomed);
     this.svg.querySelector('.ticks').replaceChildren(
@@ -195,6 +216,7 @@ function areaOf(x, low, high, at) {
 }
 
 const hidden = new Set(); // parts of figures, remembered when figures are redrawn
+const asked = new Set(); // parts that have been drawn
 
 /// A button in a legend that hides a part's path or shows it again.
 function hider(key, role, text, path) {
@@ -226,11 +248,26 @@ function rangeOf(columns, more = []) {
   return [low - margin, high + margin];
 }
 
-/// The path of a line or a band. at(x, y): its pixel.
-function pathOfPart({x, y, low, high, role, dots, thin}, at) {
+/// The path of a line or a band. at(x, y): its pixel. Where isOff is not 0, a line is faint.
+function pathOfPart({x, y, low, high, role, dots, thin, dash, isOff}, at) {
   if (!y) return svgElement('path', {class: `fill envelope ${role}`, d: areaOf(x, low, high, at)});
   const kind = dots ? 'dots' : thin ? 'line thin' : 'line';
-  return svgElement('path', {class: `${kind} ${role}`, d: (dots ? dotsOf : pathOf)(x, y, at)});
+  const path = (values, more) =>
+    svgElement('path', {class: `${kind} ${role}`, d: (dots ? dotsOf : pathOf)(x, values, at), ...more});
+  const dashes = dash ? {'stroke-dasharray': dash} : {};
+  if (!isOff?.some((v) => v > 0)) return path(y, dashes);
+  return svgElement(
+    'g',
+    {},
+    path(
+      y.map((v, i) => (isOff[i] > 0 ? NaN : v)),
+      dashes
+    ),
+    path(
+      y.map((v, i) => (isOff[i] > 0 || isOff[i + 1] > 0 ? v : NaN)),
+      {'stroke-dasharray': '1 4'}
+    )
+  );
 }
 
 /// Returns an empty drawing, with its axes as attributes for Figure, and an inner one that clips lines.
@@ -249,11 +286,11 @@ function frameOf(title, overTime, width, height, [x, y]) {
   return {svg, data};
 }
 
-/// Draws a figure. overTime: x is time. lines: [{name, role, x, y, thin, dots}]; bands: [{name, role, x, low,
-/// high}]; levels: values of y; marks: [{t, text}]; zero: include 0 on the y axis.
+/// Draws a figure. overTime: x is time. lines: [{name, role, x, y, thin, dots, dash, isOff}]; bands: [{name,
+/// role, x, low, high, starts}], hidden at first if starts is false; levels: values of y; marks: [{t, text}]; zero: include 0 on the y axis.
 export function drawn({name, title, lines, bands = [], levels = [], marks = [], ...more}) {
   const {zero = false, overTime = true, width = 400, height = 150} = more;
-  const columns = [...lines.map(({y}) => y), ...bands.flatMap(({low, high}) => [low, high])];
+  const columns = lines.map(({y, isOff}) => y.filter((_, i) => !(isOff?.[i] > 0)));
   const texts = [
     `${rangeOf(lines.map(({x}) => x)).join(' ')} ${kLeft} ${width - kRight} 0`,
     `${rangeOf(columns, zero ? [0, ...levels] : levels).join(' ')} ${height - kBottom} ${kTop} 0`
@@ -261,10 +298,7 @@ export function drawn({name, title, lines, bands = [], levels = [], marks = [], 
   const [x, y] = texts.map((text) => new Axis(text)),
     at = (a, b) => [x.at(a), y.at(b)];
   const {svg, data} = frameOf(title, overTime, width, height, texts);
-  for (const v of ticks(y.low, y.high, 6)) {
-    const place = {x: x.begin - 5, y: y.at(v) + 4, 'text-anchor': 'end'};
-    data.before(...gridLine(v, `M${x.begin} ${y.at(v)}H${x.end}`, place));
-  }
+  data.before(svgElement('g', {class: 'y-ticks'}));
   const level = (d, text) => svgElement('path', {class: 'level', d}, svgElement('title', {}, String(text)));
   const parts = [...lines, ...bands],
     paths = new Map(parts.map((part) => [part, pathOfPart(part, at)]));
@@ -275,7 +309,12 @@ export function drawn({name, title, lines, bands = [], levels = [], marks = [], 
     ...lines.map((line) => paths.get(line))
   );
   const named = parts.filter((part) => part.name);
-  const buttonOf = (part) => hider(`${name}/${part.name}`, part.role, `${part.name} `, paths.get(part));
+  const buttonOf = (part) => {
+    const key = `${name}/${part.name}`;
+    if (part.starts === false && !asked.has(key)) hidden.add(key);
+    asked.add(key);
+    return hider(key, part.role, `${part.name} `, paths.get(part));
+  };
   const legend = named.flatMap((part) => [buttonOf(part), ' ']);
   const holder = element(
     'figure',
@@ -288,6 +327,7 @@ export function drawn({name, title, lines, bands = [], levels = [], marks = [], 
     holder,
     named.map((part) => (part.y ? [part.x, part.y] : [part.x, part.low, part.high]))
   );
+  figure.rescaled = {lines, zero: zero ? [0, ...levels] : levels};
   figure.zoom(x.low, x.high);
   return figure;
 }

@@ -101,9 +101,10 @@ class LiveSession : public ViewSession {
  public:
   LiveSession(const ViewRequest& request, const scenario::ReadScenario& read, const fs::path& models)
       : robot_(posed_robot(read.scenario, models)),
-        view_(request, shown_run(read.scenario, robot_), request.control) {
+        models_(models),
+        wait_(request.wait),
+        view_(request, shown_run(read.scenario, robot_), request.control, request.wait) {
     request.opened(url(view_.access()));
-    if (request.wait) view_.wait_for_viewer();
     observer_.begins = [this](const recording::RecordingSetup& setup) { view_.begin(setup); };
     observer_.ticked = [this](slam::Stamp t) { view_.pace(t); };
     observer_.stamped = [this](const live::StampedState& state) { stamp(state); };
@@ -112,7 +113,10 @@ class LiveSession : public ViewSession {
   }
 
   const live::RunObserver& run_observer() const override { return observer_; }
-  void end(const std::string& how) override { view_.end(how); }
+  void wait_for_viewer() const override { view_.wait_for_viewer(); }
+  void end(const std::string& how, const fs::path& result) override {
+    view_.end(how, wait_ ? std::optional(read_playback(result, robot_maker(models_))) : std::nullopt);
+  }
 
  private:
   void stamp(const live::StampedState& state) {
@@ -135,7 +139,7 @@ class LiveSession : public ViewSession {
   void show(const slam::Observation& observation, const tracking::Tracking* tracking) {
     Frame frame = std::move(stamped_.front());
     stamped_.pop_front();
-    frame.image = observation.image;
+    frame.image = tracking ? tracking->image() : observation.image;
     const bool with_map = view_.wants_map();
     if (const auto* const newest = tracking ? tracking->newest() : nullptr) {
       if (const auto& pose = newest->estimate)
@@ -147,6 +151,8 @@ class LiveSession : public ViewSession {
   }
 
   std::shared_ptr<camera::PosedRobot> robot_;
+  fs::path models_;
+  bool wait_;
   live::RunObserver observer_;
   std::deque<Frame> stamped_;
   LiveView view_;

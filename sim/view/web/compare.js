@@ -70,6 +70,7 @@ export class Series {
   }
 }
 
+const between = (p, q) => Math.hypot(p[0] - q[0], p[1] - q[1], p[2] - q[2]);
 const rowsOf = (a, b) => Array.from(b.t, (t) => a.at(t));
 
 const kFigures = [
@@ -120,21 +121,81 @@ const kFigures = [
   }
 ];
 /// The names of the figures that are drawn only on request.
-export const kOnDemand = kFigures.filter(({onDemand}) => onDemand).map(({name}) => name);
+export const kOnDemand = [...kFigures.filter(({onDemand}) => onDemand).map(({name}) => name), 'rpe'];
+
+/// The dashes of a run's lines, so that they can be distinguished without colors, and identical ones are
+/// both visible.
+const kDashes = {second: '7 4', third: '2 3', first: '9 3 2 3'};
+const dashOf = (role) => kDashes[role];
+
+const kLengths_m = [0.1, 0.2, 0.5, 1, 2, 5, 10, 20],
+  kEvery = 3; // frames between the starts of segments
+
+/// A vector in the axes of a pose.
+function inAxesOf([, , , x, y, z, w], [a, b, c]) {
+  const u = [2 * (b * z - c * y), 2 * (c * x - a * z), 2 * (a * y - b * x)];
+  return [
+    a + w * u[0] + u[1] * z - u[2] * y,
+    b + w * u[1] + u[2] * x - u[0] * z,
+    c + w * u[2] + u[0] * y - u[1] * x
+  ];
+}
+
+/// The RMS error of the displacement over segments of the true path, by their length: x (m), y (mm).
+export function relativeErrors(frames) {
+  const poses = frames.filter(({truth, estimate}) => truth && estimate),
+    lengths = [0];
+  for (let i = 1; i < poses.length; ++i)
+    lengths.push(lengths[i - 1] + between(poses[i].truth, poses[i - 1].truth));
+  const moved = (name, i, j) =>
+    inAxesOf(
+      poses[i][name],
+      [0, 1, 2].map((k) => poses[j][name][k] - poses[i][name][k])
+    );
+  const rms = (length) => {
+    let sum = 0,
+      count = 0;
+    for (let i = 0; i < poses.length; i += kEvery) {
+      const j = 1 + lastUpTo(lengths[i] + length, lengths.length, (k) => lengths[k]);
+      if (j >= poses.length) break;
+      sum += between(moved('truth', i, j), moved('estimate', i, j)) ** 2;
+      ++count;
+    }
+    return count ? 1e3 * Math.sqrt(sum / count) : NaN;
+  };
+  return {x: kLengths_m, y: kLengths_m.map(rms)};
+}
 
 const isKnown = (column) => column.some(Number.isFinite);
 const full = (name, part) => [name, part].filter(Boolean).join(', ') || 'value';
 
 /// The names of the figures that have at least one value, in order.
-export const known = (runs) =>
-  kFigures
+export const known = (runs) => [
+  ...kFigures
     .filter(({parts}) => parts.some(([, key]) => runs.some(({series}) => isKnown(series[key]))))
-    .map(({name}) => name);
+    .map(({name}) => name),
+  ...(runs.some(({series}) => isKnown(series.x)) ? ['rpe'] : [])
+];
+
+/// The relative error over the length of the path.
+const rpeOf = (panes) =>
+  drawn({
+    name: 'rpe',
+    title: 'Relative position error over the length of a segment [m], RMS [mm]',
+    lines: panes.map(({name, role, run}) => ({
+      name: name || 'RMS',
+      role,
+      dash: dashOf(role),
+      ...relativeErrors(run.frames)
+    })),
+    overTime: false,
+    zero: true
+  });
 
 /// The figures that have at least one value and are not hidden. runs: {name, role, series}. marks: [{t,
 /// text}].
 export function figures(runs, marks, hidden) {
-  return kFigures
+  const shown = kFigures
     .filter(({name}) => !hidden.has(name))
     .flatMap(({name, title, parts, sigma, levels, zero}) => {
       const lines = runs
@@ -142,9 +203,11 @@ export function figures(runs, marks, hidden) {
           parts.map(([part, key], i) => ({
             name: full(run, part),
             role: i > 0 && runs.length === 1 ? 'plan' : role,
+            dash: dashOf(role),
             thin: i > 0,
             x: series.t,
-            y: series[key]
+            y: series[key],
+            isOff: series.health
           }))
         )
         .filter(({y}) => isKnown(y));
@@ -154,6 +217,7 @@ export function figures(runs, marks, hidden) {
             .map(({name: run, role, series}) => ({
               name: full(run, '3σ'),
               role,
+              starts: series === runs[0].series,
               x: series.t,
               low: series[sigma].map((s) => -3 * s),
               high: series[sigma].map((s) => 3 * s)
@@ -161,33 +225,43 @@ export function figures(runs, marks, hidden) {
         : [];
       return lines.length ? [drawn({name, title, lines, bands, levels, zero, marks})] : [];
     });
+  return hidden.has('rpe') ? shown : [...shown, rpeOf(runs)];
 }
 
 /// The distance of each estimate from the truth and, for several runs, the second run's distance minus the
 /// first's. Null without errors.
 export function timeLine(runs, marks, width) {
   const lines = runs
-    .map(({name, role, series}) => ({name: full(name, 'error'), role, x: series.t, y: series.distance}))
+    .map(({name, role, series}) => ({
+      name: full(name, 'error'),
+      role,
+      dash: dashOf(role),
+      x: series.t,
+      y: series.distance,
+      isOff: series.health
+    }))
     .filter(({y}) => isKnown(y));
   if (!lines.length) return null;
   const spec = {
     name: 'distance',
-    title: 'Distance of the estimate from the truth [mm]',
+    title: `Distance of the estimate from the truth${lines.some(({isOff}) => isOff.some((v) => v > 0)) ? '; dotted: lost' : ''} [mm]`,
     lines,
     marks,
     zero: true,
     width,
-    height: 128
+    height: 112
   };
   if (lines.length < 2) return drawn(spec);
   const [a, b] = runs,
-    distance = rowsOf(a.series, b.series).map((row, i) => b.series.distance[i] - a.series.distance[row]),
+    rows = rowsOf(a.series, b.series),
+    distance = rows.map((row, i) => b.series.distance[i] - a.series.distance[row]),
+    isOff = rows.map((row, i) => Math.max(a.series.health[row], b.series.health[i])),
     zeros = distance.map(() => 0),
     x = b.series.t;
   return drawn({
     ...spec,
-    title: `Distance of each estimate from the truth; filled: ${b.name} minus ${a.name} [mm]`,
-    lines: [...lines, {name: 'difference', role: 'truth', thin: true, x, y: distance}],
+    title: `Distance of each estimate from the truth; dotted: lost; filled: ${b.name} minus ${a.name} [mm]`,
+    lines: [...lines, {name: 'difference', role: 'truth', thin: true, x, y: distance, isOff}],
     bands: [
       {role: b.role, x, low: zeros, high: distance.map((d) => Math.max(d, 0))},
       {role: a.role, x, low: distance.map((d) => Math.min(d, 0)), high: zeros}
@@ -199,7 +273,6 @@ const kLongest_s = 1,
   kSame_m = 1e-6,
   kSamePlace_m = 0.1;
 const outcomes = (frame) => new Map((frame.searches ?? []).map((search) => [search[0], search[6]]));
-const between = (p, q) => Math.hypot(p[0] - q[0], p[1] - q[1], p[2] - q[2]);
 
 /// Landmarks of two maps that are nearest to each other and within 0.1 m, as a map from the number in a to
 /// the number in b. Landmark numbers of different runs are unrelated.
@@ -216,42 +289,94 @@ export function matched(a, b) {
     })
   );
 }
+const smaller = (...sigmas) => Math.min(...sigmas.filter(Number.isFinite));
 const apart = (p, q) => p && q && between(p, q) > kSame_m;
 
-/// The times at which the second run starts to differ: [{t, kind, text}]. Landmarks and estimates are
-/// compared if both used one recording.
-export function partings([a, b]) {
-  const found = [],
-    rows = rowsOf(a.series, b.series);
+/// The time from which the errors of two runs differ by more than 3 of the smaller standard deviations along
+/// an axis or in heading for a second, or undefined.
+function divergence(a, b) {
+  const [p, q] = a.t.length <= b.t.length ? [a, b] : [b, a],
+    rows = rowsOf(q, p);
   let since = null;
   for (let i = 0; i < rows.length; ++i) {
-    const differs = ['x', 'y', 'z', 'heading'].some(
-      (axis) => Math.abs(b.series[axis][i] - a.series[axis][rows[i]]) > 3 * a.series[`sigma_${axis}`][rows[i]]
-    );
-    since = differs ? (since ?? b.series.t[i]) : null;
-    if (since === null || b.series.t[i] - since < kLongest_s) continue;
+    const differs = ['x', 'y', 'z', 'heading'].some((axis) => {
+      const sigma = smaller(p[`sigma_${axis}`][i], q[`sigma_${axis}`][rows[i]]);
+      return Math.abs(p[axis][i] - q[axis][rows[i]]) > 3 * sigma;
+    });
+    since = differs ? (since ?? p.t[i]) : null;
+    if (since !== null && p.t[i] - since >= kLongest_s) return since;
+  }
+  return undefined;
+}
+
+/// The times at which the second run starts to differ: [{t, kind, text, pair}]. Landmarks and estimates are
+/// compared if both used one recording. pair: the search that differs: {ids, outcomes} of both.
+export function partings([a, b]) {
+  const found = [],
+    since = divergence(a.series, b.series);
+  if (since !== undefined)
     found.push({
       t: since,
       kind: 'parting',
-      text: `errors differ by more than 3σ of ${a.name} along an axis or in heading for ${kLongest_s} s`
+      name: 'sigma',
+      text: `errors differ by more than 3σ (the smaller one) along an axis or in heading for ${kLongest_s} s`
     });
-    break;
-  }
   if (!a.run.about.recording || a.run.about.recording !== b.run.about.recording) return found;
   const pairs = b.run.frames
     .map((frame) => [a.run.frames[a.run.indexAt(frame.t)], frame])
     .filter(([first]) => first);
-  const first = (text, differs) => {
+  const first = (name, text, differs) => {
     const pair = pairs.find(differs);
-    if (pair) found.push({t: pair[1].t, kind: 'parting', text});
+    if (pair) found.push({t: pair[1].t, kind: 'parting', name, text});
+    return pair;
   };
-  first('first difference between the estimates', ([p, q]) => apart(p.estimate, q.estimate));
+  first('estimate', 'first difference between the estimates', ([p, q]) => apart(p.estimate, q.estimate));
   const mapOf = ({run}, {t}) => run.mapAt(run.indexAt(t));
-  first('first search with a different outcome', ([p, q]) => {
+  const differing = ([p, q]) => {
     const [of, other] = [outcomes(p), outcomes(q)];
-    return [...matched(mapOf(a, p), mapOf(b, q))].some(
+    return [...matched(mapOf(a, p), mapOf(b, q))].find(
       ([id, same]) => of.has(id) && other.has(same) && of.get(id) !== other.get(same)
     );
-  });
+  };
+  const pair = first('search', 'first search with a different outcome', differing);
+  if (pair) {
+    const ids = differing(pair);
+    Object.assign(found.at(-1), {ids, outcomes: ids.map((id, i) => outcomes(pair[i]).get(id))});
+  }
   return found;
+}
+
+/// Which of two runs has the larger errors while both track (0 or 1), or undefined.
+function worseOf(a, b) {
+  const rows = rowsOf(a, b),
+    sums = [0, 0];
+  rows.forEach((row, i) => {
+    if (a.health[row] !== 0 || b.health[i] !== 0 || !Number.isFinite(a.distance[row] + b.distance[i])) return;
+    sums[0] += a.distance[row] ** 2;
+    sums[1] += b.distance[i] ** 2;
+  });
+  return sums[0] === sums[1] ? undefined : Number(sums[1] > sums[0]);
+}
+
+/// States why one of the first two runs is worse: {text, t}, or null if they do not part.
+export function whyWorse([a, b], marks) {
+  const worse = worseOf(a.series, b.series),
+    {sigma, search} = Object.fromEntries(marks.map((mark) => [mark.name, mark]));
+  if (worse === undefined || !(sigma ?? search)) return null;
+  const bad = [a, b][worse],
+    good = [b, a][worse],
+    {t} = sigma ?? search,
+    flags = bad.run.about.moments.filter(
+      ({kind, t: at}) => ['lost', 'suspect', 'fault'].includes(kind) && at <= t
+    );
+  const parts = [
+    search &&
+      `at ${search.t.toFixed(2)} s landmark ${search.ids[worse]} was ${search.outcomes[worse]} ` +
+        `(${good.name}: landmark ${search.ids[1 - worse]}, ${search.outcomes[1 - worse]})`,
+    sigma ? `from ${sigma.t.toFixed(2)} s the errors differ by more than 3σ` : 'the errors stay within 3σ',
+    flags.length
+      ? `known by then: ${flags.map(({t: at, text}) => `${text} (${at.toFixed(1)} s)`).join(', ')}`
+      : 'nothing was flagged by then'
+  ];
+  return {text: `Why ${bad.name} is worse: ${parts.filter(Boolean).join('; ')}.`, t};
 }

@@ -6,8 +6,10 @@ const kStill_px = 5;
 const mapOf = ({run, index}) => run.mapAt(index);
 
 export class Landmarks {
-  constructor(panes, scene) {
+  /// changed(): another landmark is picked.
+  constructor(panes, scene, changed) {
     this.panes = panes;
+    this.changed = changed;
     this.scene = scene;
     this.picked = null; // {run, id}
     const advice = 'Click a landmark in the scene or in an image to identify it.';
@@ -41,6 +43,7 @@ export class Landmarks {
   pick(landmark) {
     this.picked = landmark;
     this.mark();
+    this.changed();
   }
 
   /// Shows the displayed frame.

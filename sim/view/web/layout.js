@@ -28,13 +28,14 @@ export function layerLegend(panes, toggle) {
   const layer = (name, role, text) =>
     button(text, 'show or hide', (pressed) => toggle(name, pressed.ariaPressed !== 'true'), {
       'data-layer': name,
-      'aria-pressed': 'true',
+      'aria-pressed': String(!name.startsWith('errors')),
       class: `layer role-${role}`
     });
   const several = panes.length > 1;
   const ofRun = ({name, role}, i) => [
     layer(`estimate${i}`, role, several ? `— ${name}` : '— estimated'),
-    layer(`map${i}`, several ? role : 'first', several ? `● landmarks of ${name}` : '● landmarks, 3σ')
+    layer(`map${i}`, several ? role : 'first', several ? `● landmarks of ${name}` : '● landmarks, 3σ'),
+    layer(`errors${i}`, role, several ? `⬤ error of ${name}` : '⬤ error on the path, 3σ')
   ];
   return element(
     'p',
@@ -43,12 +44,13 @@ export function layerLegend(panes, toggle) {
     layer('plan', 'plan', '— planned'),
     layer('steps', 'landed', '▭ steps'),
     panes.flatMap(ofRun),
-    ' camera’s own 3σ enlarged ten times'
+    ' camera’s own 3σ enlarged ten times; landmarks’ 3σ up to 0.5 m'
   );
 }
 
-/// The table of differences between the runs, as sent by the program. go(t): goes to a row's worst instant.
-export function changesTable({titles, rows}, panes, go) {
+/// The table of differences between the runs, as sent by the program, and the marks below it. go(t): goes to a
+/// row's worst instant.
+export function changesTable({titles, rows}, panes, go, marks) {
   const role = (i) => (panes[i - 1] ? `role-${panes[i - 1].role}` : '');
   const title = (text, t) => (t === null ? text : button(text, 'go to its worst instant', () => go(t)));
   const valuesOf = (values) =>
@@ -73,7 +75,8 @@ export function changesTable({titles, rows}, panes, go) {
   return element(
     'section',
     {class: 'changes scroll', tabindex: 0, 'aria-label': 'what differs between the runs'},
-    table
+    table,
+    marks
   );
 }
 
@@ -101,6 +104,15 @@ export function controls(page) {
       page.panes.length > 1
         ? button('split', 'v: one view per run, moved together', () => page.setSplit(!scene.isSplit))
         : null,
+    seen: choice(
+      'i',
+      [
+        ['seen', 'images as the filter got them'],
+        ['recorded', 'images as recorded']
+      ],
+      (value) => page.setSeen(value === 'seen'),
+      {'aria-label': 'images', hidden: page.panes.some(({isSeen}) => isSeen) ? null : ''}
+    ),
     save: button('save picture', 's: save the scene as PNG', () => page.savePicture())
   };
   all.speeds.value = player.live ? 0 : 1;
@@ -125,7 +137,7 @@ export function build(page) {
   const views = element(
     'div',
     {class: `views${several ? ' several' : ''}`},
-    several ? changesTable(about.changes, panes, (t) => player.go(t)) : null,
+    several ? changesTable(about.changes, panes, (t) => player.go(t), page.moments.element) : null,
     element('figure', {class: 'space'}, scene.element, legend, landmarks.text, landmarks.inCommon),
     element(
       'figure',
@@ -140,7 +152,8 @@ export function build(page) {
       {},
       element('h1', {}, player.live ? 'GaitSLAM, live' : 'GaitSLAM, playback'),
       element('b', {}, title),
-      page.note
+      page.note,
+      page.why
     ),
     element(
       'main',
@@ -159,7 +172,7 @@ export function build(page) {
       {},
       plots.timeLine,
       element('div', {class: 'controls'}, Object.values(page.controls)),
-      page.moments.element
+      several ? null : page.moments.element
     )
   );
   document.title = `GaitSLAM: ${[title, ...panes.map(({full}) => full)].filter(Boolean).join(' | ')}`;

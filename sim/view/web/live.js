@@ -1,4 +1,5 @@
 // Follows a live run.
+import {writeAddress} from './address.js';
 import {Series} from './compare.js';
 import {drawnOnce, loadPictures} from './model.js';
 import {listen} from './source.js';
@@ -13,18 +14,21 @@ const kMessages = {
     page.drawFigures();
   },
   pace(page, {paused, speed}) {
+    page.controls.speeds.value = speed;
     if (!page.player.control) return;
     page.player.playing = !paused;
-    page.controls.speeds.value = speed;
     page.sayPlay();
+  },
+  /// The program now serves the result at the same address.
+  finished(page) {
+    writeAddress(page.addressValues());
+    location.reload();
   },
   ended(page, {how, frames}) {
     const {length} = page.panes[0].run.frames,
       {speeds, step} = page.controls;
     page.player.end();
-    page.dataset.ended = 'true';
-    page.note.textContent =
-      length < frames ? `${how} This page received ${length} of ${frames} frames.` : how;
+    page.setEnded(length < frames ? `${how} This page received ${length} of ${frames} frames.` : how);
     speeds.disabled = step.disabled = false;
     speeds.value = 1;
     page.drawFigures();

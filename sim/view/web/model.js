@@ -1,5 +1,5 @@
 // Loads the room's textures. The first picture of the scene does not wait for them.
-import {getBlob, picture} from './source.js';
+import {getBlob, pause, picture} from './source.js';
 
 const kPause_ms = 100;
 
@@ -13,9 +13,7 @@ async function load(scene, number) {
   let painted = await getBlob(`/picture/0/${number}`);
   while (painted.size === 0) {
     // still being painted
-    await new Promise((resolve) => {
-      setTimeout(resolve, kPause_ms);
-    });
+    await pause(kPause_ms);
     painted = await getBlob(`/picture/0/${number}`);
   }
   scene.addPicture(number, await picture(painted));

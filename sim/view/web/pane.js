@@ -17,11 +17,11 @@ export const searchLegend = (isShared) =>
     element('b', {class: 'new'}, '▫ new')
   );
 
-function countsOf({landmarks, searches = []}) {
+function countsOf({searches = []}) {
   const outcomes = Object.keys(kOutcomes).map(
     (outcome) => `${searches.filter((search) => search[6] === outcome).length} ${outcome}`
   );
-  return `${landmarks} landmarks; ${searches.length} searched for: ${outcomes.join(', ')}`;
+  return `${searches.length} searched for: ${outcomes.join(', ')}`;
 }
 
 export class Pane {
@@ -40,6 +40,10 @@ export class Pane {
     });
     first?.shared.push(this);
     this.images = new Stored(`/rig/${run.index}/${run.about.rig.length}`, picture, 400);
+    const {width, height} = run.camera;
+    const gray = async (blob) => grayPicture(new Uint8Array(await blob.arrayBuffer()), width, height);
+    this.seen = new Stored(`/seen/${run.index}`, gray, 400);
+    this.isSeen = run.about.seen !== null;
     this.live = new Map();
     this.head = new HeadView(run, name);
     this.state = element('p', {class: 'state', role: 'status'});
@@ -87,26 +91,42 @@ export class Pane {
   }
 
   drawHead() {
-    this.head.show(
-      this.image,
-      this.shared
-        .filter(({run, index}) => run.frames[index])
-        .map(({run, index, role, picked}) => ({frame: run.frames[index], role, picked}))
-    );
+    const frames = this.shared
+      .filter(({run, index}) => run.frames[index])
+      .map(({run, index, role, picked}) => ({frame: run.frames[index], role, picked}));
+    this.head.show(this.image, frames, this.isLost(this.run.frames[this.headIndex]));
+  }
+
+  /// The filter got no image with a frame.
+  isLost({state, image, stored_image: isStored, source}) {
+    return this.run.about.duration ? this.isSeen && isStored && source === undefined : state && !image;
+  }
+
+  /// The image of a frame: as the filter got it, or as recorded if it was lost or on request.
+  imageOf({source}, index) {
+    const isGot = this.isSeen && source !== undefined;
+    return (isGot ? this.seen.at(source) : this.images.at(index)).catch(() => null);
   }
 
   async showHead(index, frame) {
     let image = this.live.get(index) ?? null;
     if (!image && frame.stored_image) {
-      const [stored] = [index, index + 1, index + 2, index - 1]
+      const {isSeen} = this;
+      const [shown] = [index, index + 1, index + 2, index - 1]
         .filter((near) => this.run.frames[near]?.stored_image)
-        .map((near) => this.images.at(near).catch(() => null));
-      image = await stored;
-      if (this.index !== index) return; // a different image is shown by now
+        .map((near) => this.imageOf(this.run.frames[near], near));
+      image = await shown;
+      if (this.index !== index || this.isSeen !== isSeen) return; // a different image is shown by now
     }
     this.image = image;
     this.headIndex = index;
     this.drawHead();
+  }
+
+  /// isSeen: shows the images as the filter got them, otherwise as recorded.
+  setSeen(isSeen) {
+    this.isSeen = isSeen && this.run.about.seen !== null;
+    if (this.run.frames[this.index] && !this.first) this.showHead(this.index, this.run.frames[this.index]);
   }
 
   /// hasEnded: this run has ended, but a longer one has not.
@@ -117,6 +137,6 @@ export class Pane {
         ? `Filter: ${frame.state}`
         : 'There is no filter.';
     this.state.className = `state health-${frame.health ?? 0}`;
-    this.counts.textContent = frame.state ? countsOf(frame) : '';
+    this.counts.textContent = frame.state ? `${this.run.mapText(this.index)}; ${countsOf(frame)}` : '';
   }
 }

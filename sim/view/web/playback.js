@@ -1,5 +1,5 @@
 // Loads a finished result, or several.
-import {partings, Series} from './compare.js';
+import {Series} from './compare.js';
 import {readAddress} from './address.js';
 import {drawnOnce, loadPictures} from './model.js';
 import {getBytes, getJson} from './source.js';
@@ -47,8 +47,7 @@ export async function playBack(page, first, model) {
     if (!isThere && player.t === 0 && wanted <= player.duration) isThere = page.goToAddress();
   }
   if (panes.length > 1) {
-    page.moments.partings = partings(panes);
-    page.drawFigures();
+    page.addPartings();
   }
   if (!isThere && player.t === 0) page.goToAddress();
   player.show(player.t);

@@ -4,7 +4,8 @@
 // the robot's bodies, one after another; ellipsoid: rows of the matrix that maps the unit sphere to the
 // 3-sigma ellipsoid of the estimated position; landmarks: their number; health (0 ok, 1 lost, 2 diverged) and
 // state in words; searches: [landmark, u, v, half axes of the ellipse, its angle, outcome, u and v of the
-// match]; new: pixels of new landmarks; map: [landmark, position, ellipsoid] if it changed; feet (left,
+// match]; source: number of the stored image that the filter got; new: [u, v, landmark] of new landmarks;
+// ended: landmarks that left the map; map: [landmark, position, ellipsoid, begin] if known; feet (left,
 // right): plan [x, y, heading], planned_down, landed [x, y, heading] while loaded; support: corners of the
 // support polygon; zmp; rig: number for fetching the rig's readings. m, rad, px.
 
@@ -43,7 +44,9 @@ export class Run {
       about,
       index,
       frames: [],
-      mapOf: [],
+      maps: [],
+      begins: new Map(),
+      ends: new Map(),
       landed: [],
       planned: [],
       last: [null, null],
@@ -62,7 +65,10 @@ export class Run {
 
   append(frame) {
     if (this.frames.length && frame.t <= this.frames.at(-1).t) return false;
-    this.mapOf.push(frame.map ? this.frames.length : (this.mapOf.at(-1) ?? -1));
+    if (frame.map) this.maps.push(this.frames.length);
+    for (const [, , id] of frame.new ?? []) this.begins.set(id, frame.t);
+    for (const id of frame.ended ?? []) this.ends.set(id, frame.t);
+    for (const [id, , , begin] of frame.map ?? []) if (!this.begins.has(id)) this.begins.set(id, begin);
     frame.feet?.forEach((foot, i) => this.addFootprints(frame.t, foot, i));
     this.frames.push(frame);
     return true;
@@ -87,23 +93,54 @@ export class Run {
   /// Describes a landmark at a frame in words.
   landmarkText(index, id) {
     const counts = {found: 0, missed: 0, rejected: 0},
+      {t} = this.frames[index],
+      begin = this.begins.get(id),
       axes = this.mapAt(index).find(([own]) => own === id)?.[2];
-    let since = null;
-    for (const {t, map, searches} of this.frames.slice(0, index + 1)) {
+    for (const {searches} of this.frames.slice(0, index + 1))
       for (const search of searches ?? []) if (search[0] === id) ++counts[search[6]];
-      if (since === null && map?.some(([own]) => own === id)) since = t;
-    }
     const sigma =
       axes && Math.max(...[0, 1, 2].map((k) => Math.hypot(axes[k], axes[k + 3], axes[k + 6]))) / 3;
     return [
       `landmark ${id}`,
-      since === null ? 'not in the map yet' : `${(this.frames[index].t - since).toFixed(1)} s old`,
-      axes ? `σ ${+(1e3 * sigma).toPrecision(3)} mm along its longest axis` : 'not in the map',
+      begin <= t ? `${(t - begin).toFixed(2)} s old` : 'not in the map yet',
+      this.ends.get(id) <= t ? 'no longer in the map' : null,
+      axes ? `σ ${+(1e3 * sigma).toPrecision(3)} mm along its longest axis` : 'position not stored',
       ...Object.entries(counts).map(([how, n]) => `${n} ${how}`)
-    ].join(', ');
+    ]
+      .filter(Boolean)
+      .join(', ');
   }
 
+  /// The frames with the stored maps at or before a frame, and after it.
+  mapsAround(index) {
+    const k = lastUpTo(index, this.maps.length, (i) => this.maps[i]);
+    return [this.frames[this.maps[k]], this.frames[this.maps[k + 1]]];
+  }
+
+  /// The landmarks in the map after a frame, at their last stored positions; new ones at their first.
   mapAt(index) {
-    return this.frames[this.mapOf[index]]?.map ?? [];
+    if (!this.frames[index]) return [];
+    const [last, next] = this.mapsAround(index),
+      {t} = this.frames[index],
+      isIn = ([id]) => this.begins.get(id) <= t && !(this.ends.get(id) <= t),
+      old = (last?.map ?? []).filter(isIn),
+      known = new Set(old.map(([id]) => id)),
+      isNew = ([id]) => !known.has(id) && this.begins.get(id) > last?.t;
+    return [...old, ...(next?.map ?? []).filter((row) => isIn(row) && isNew(row))];
+  }
+
+  /// States how many landmarks the map has after a frame, and when their positions were stored.
+  mapText(index) {
+    const {landmarks} = this.frames[index],
+      [last, next] = this.mapsAround(index),
+      rows = this.mapAt(index),
+      later = rows.filter(([id]) => this.begins.get(id) > last?.t).length,
+      absent = landmarks - rows.length;
+    const parts = [
+      last && `positions of ${last.t.toFixed(1)} s`,
+      later > 0 && `${later} of ${next.t.toFixed(1)} s`,
+      rows.length > 0 && absent > 0 && `${absent} not stored`
+    ];
+    return `${landmarks} landmarks (${parts.filter(Boolean).join(', ') || 'no positions'})`;
   }
 }

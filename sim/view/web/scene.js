@@ -7,6 +7,9 @@ import {withLength} from './source.js';
 
 const kAboveGround = 0.004,
   kEllipsoids = 0.22;
+const kLargest_m = 0.5; // longest half axis drawn of a landmark's ellipsoid
+const kTube_m = 0.05; // between ellipsoids of the tube
+const kErrorColors = ['#440154', '#21918c', '#fde725']; // none, half of the largest error, largest
 const kPick_px = 12,
   kPicked_m = 0.05;
 const kLowest = 1.5; // rad from the vertical: the camera stays above the floor
@@ -54,6 +57,9 @@ class GrowingLine {
   }
 }
 
+const between = ([x, y, z], [a, b, c]) => Math.hypot(x - a, y - b, z - c);
+const pointsOf = (size) =>
+  new THREE.PointsMaterial({size, sizeAttenuation: false, vertexColors: THREE.VertexColors});
 const kSphere = new THREE.SphereGeometry(1, 10, 8);
 
 function frustum(role, camera) {
@@ -95,6 +101,56 @@ const surface = () =>
 
 const glass = (opacity) => Object.assign(surface(), {transparent: true, opacity, depthWrite: false});
 
+/// The estimated path in the color of its error, with its 3-sigma ellipsoids in their true size.
+class ErrorPath {
+  constructor(run, role) {
+    Object.assign(this, {run, role, group: new THREE.Group()});
+  }
+
+  /// Builds it from all frames of the run, the first time that it is shown.
+  build() {
+    const frames = this.run.frames.filter(({estimate, truth}) => estimate && truth),
+      errors = frames.map(({estimate, truth}) =>
+        new THREE.Vector3(...estimate).distanceTo(new THREE.Vector3(...truth))
+      ),
+      [none, half, most] = kErrorColors.map((text) => new THREE.Color(text)),
+      paint = new THREE.Color(),
+      matrix = new THREE.Matrix4();
+    this.largest = Math.max(...errors);
+    this.times = frames.map(({t}) => t);
+    const colors = errors.flatMap((error) => {
+      const part = (2 * error) / this.largest;
+      return (part < 1 ? paint.copy(none).lerp(half, part) : paint.copy(half).lerp(most, part - 1)).toArray();
+    });
+    const geometry = new THREE.BufferGeometry(),
+      set = (name, values) => geometry.setAttribute(name, new THREE.Float32BufferAttribute(values, 3));
+    set(
+      'position',
+      frames.flatMap(({estimate}) => estimate.slice(0, 3))
+    );
+    set('color', colors);
+    this.points = new THREE.Points(geometry, pointsOf(7));
+    const far = ({estimate}, last) => !last || between(estimate, last.estimate) > kTube_m;
+    this.rings = [];
+    for (const frame of frames) if (frame.ellipsoid && far(frame, this.rings.at(-1))) this.rings.push(frame);
+    this.tube = new THREE.InstancedMesh(kSphere, translucent(this.role, kEllipsoids), this.rings.length || 1);
+    this.tube.material.color.set(color(this.role));
+    this.rings.forEach(({estimate, ellipsoid}, k) => {
+      setEllipsoid(matrix, estimate, ellipsoid);
+      this.tube.setMatrixAt(k, matrix);
+    });
+    this.points.frustumCulled = this.tube.frustumCulled = false;
+    this.group.add(this.points, this.tube);
+  }
+
+  show(t) {
+    if (!this.group.visible) return;
+    if (!this.points) this.build();
+    this.points.geometry.setDrawRange(0, this.times.filter((at) => at <= t).length);
+    this.tube.count = this.rings.filter((frame) => frame.t <= t).length;
+  }
+}
+
 /// A filter's estimate: its path, its camera with the 3-sigma ellipsoid enlarged ten times, a line to the
 /// truth, and its map.
 class Belief {
@@ -106,10 +162,8 @@ class Belief {
     this.error = lineOf(role);
     this.own = new THREE.Mesh(kSphere, translucent(role, 0.5));
     this.own.matrixAutoUpdate = false;
-    this.points = new THREE.Points(
-      new THREE.BufferGeometry(),
-      new THREE.PointsMaterial({size: 5, sizeAttenuation: false, vertexColors: THREE.VertexColors})
-    );
+    this.points = new THREE.Points(new THREE.BufferGeometry(), pointsOf(5));
+    this.errors = new ErrorPath(run, role);
     this.map = new THREE.Group();
     this.landmarks = [];
     this.map.add(this.points);
@@ -119,7 +173,7 @@ class Belief {
     this.own.frustumCulled = this.points.frustumCulled = false;
     if (this.truth) Object.assign(this.truth.object.material, {transparent: true, opacity: 0.5});
     this.group = new THREE.Group();
-    this.group.add(...this.objects, this.map);
+    this.group.add(...this.objects, this.map, this.errors.group);
   }
 
   /// Reserves space for that many landmarks.
@@ -169,7 +223,7 @@ class Belief {
     this.reserve(map.length);
     const {position, color: colors} = this.points.geometry.attributes;
     map.forEach(([id, p, axes], k) => {
-      setEllipsoid(matrix, p, axes);
+      setEllipsoid(matrix, p, capped(axes));
       this.ellipsoids.setMatrixAt(k, matrix);
       paint.set(kOutcomes[outcomes.get(id)] ?? own);
       position.setXYZ(k, ...p);
@@ -179,6 +233,14 @@ class Belief {
     this.ellipsoids.instanceMatrix.needsUpdate = position.needsUpdate = colors.needsUpdate = true;
     this.points.geometry.setDrawRange(0, map.length);
   }
+}
+
+/// The half axes are the columns.
+function capped(axes) {
+  const factors = [0, 1, 2].map((k) =>
+    Math.min(1, kLargest_m / Math.hypot(axes[k], axes[k + 3], axes[k + 6]) || 1)
+  );
+  return axes.map((value, i) => value * factors[i % 3]);
 }
 
 function setEllipsoid(matrix, p, [a, b, c, d, e, f, g, h, i]) {
@@ -292,9 +354,14 @@ export class Scene {
       plan: [this.paths.plan.object, this.planned.object],
       steps: [this.landed.object, this.support, this.zmp]
     };
-    this.beliefs.forEach(({objects, map}, i) =>
-      Object.assign(this.layers, {[`estimate${i}`]: objects, [`map${i}`]: [map]})
+    this.beliefs.forEach(({objects, map, errors}, i) =>
+      Object.assign(this.layers, {
+        [`estimate${i}`]: objects,
+        [`map${i}`]: [map],
+        [`errors${i}`]: [errors.group]
+      })
     );
+    for (const name of this.optional) this.hidden.add(name);
     this.paint();
   }
 
@@ -384,8 +451,14 @@ export class Scene {
       for (const {near} of this.beliefs) for (const object of near) object.visible = false;
     this.showZmp(frame);
     for (const name of this.hidden) for (const object of this.layers[name] ?? []) object.visible = false;
+    for (const {errors} of this.beliefs) errors.show(frame.t);
     this.moveView(frame);
     this.draw();
+  }
+
+  /// The names of the layers that are shown only on request.
+  get optional() {
+    return this.beliefs.map((_, i) => `errors${i}`);
   }
 
   poseRobot({bodies}) {
@@ -440,14 +513,7 @@ export class Scene {
   showSweep(name, points, colorOf) {
     let sweep = this.sweeps.get(name);
     if (!sweep) {
-      sweep = this.add(
-        new THREE.Points(
-          new THREE.BufferGeometry(),
-          new THREE.PointsMaterial({size: 3, sizeAttenuation: false, vertexColors: THREE.VertexColors})
-        ),
-        null,
-        this.walk
-      );
+      sweep = this.add(new THREE.Points(new THREE.BufferGeometry(), pointsOf(3)), null, this.walk);
       this.sweeps.set(name, sweep);
     }
     sweep.visible = Boolean(points);

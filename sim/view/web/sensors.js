@@ -22,8 +22,8 @@ export class HeadView {
   }
 
   /// image: something a canvas can draw, or null. runs: {frame, role, picked} for each run; with several
-  /// runs, searches have their colors.
-  show(image, runs) {
+  /// runs, searches have their colors. isLost: the image did not reach the filter.
+  show(image, runs, isLost) {
     const {context} = this;
     context.setTransform(kScale, 0, 0, kScale, 0, 0);
     if (image) {
@@ -35,6 +35,7 @@ export class HeadView {
       context.font = '12px sans-serif';
       context.fillText('no image', 8, 20);
     }
+    if (isLost) this.strike();
     context.translate(0.5, 0.5);
     for (const [i, {frame, role, picked}] of runs.entries()) {
       // Thicker lines first, so that they remain visible behind later ones.
@@ -57,6 +58,25 @@ export class HeadView {
     context.setLineDash([]);
     if (outcome === 'found') this.square(foundU, foundV);
     if (outcome === 'rejected') this.cross(foundU, foundV);
+  }
+
+  strike() {
+    const {context, width, height} = this;
+    context.fillStyle = '#0009';
+    context.fillRect(0, 0, width, height);
+    Object.assign(context, {
+      strokeStyle: '#ff5c5c',
+      lineWidth: 3,
+      fillStyle: '#fff',
+      font: '12px sans-serif'
+    });
+    context.beginPath();
+    context.moveTo(0, 0);
+    context.lineTo(width, height);
+    context.moveTo(width, 0);
+    context.lineTo(0, height);
+    context.stroke();
+    context.fillText('lost: the filter got no image', 8, 20);
   }
 
   ring(u, v) {

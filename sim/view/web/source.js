@@ -8,6 +8,10 @@ async function get(path) {
   if (!response.ok) throw new Error(`${path}: ${(await response.text()).trim()}`);
   return response;
 }
+export const pause = (ms) =>
+  new Promise((resolve) => {
+    setTimeout(resolve, ms);
+  });
 export const getJson = async (path) => (await get(path)).json();
 export const getBytes = async (path) => (await get(path)).arrayBuffer();
 export const getBlob = async (path) => (await get(path)).blob();

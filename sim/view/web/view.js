@@ -1,7 +1,9 @@
 // The page: one scene and one timeline for all runs, the images of each run, time plots, and keyboard
 // control.
-import {element} from '../../pages/web/dom.js';
+import {button, element} from '../../pages/web/dom.js';
 import {addressWriter, readAddress} from './address.js';
+import {save, saveClip} from './clip.js';
+import {partings, whyWorse} from './compare.js';
 import {Landmarks} from './landmarks.js';
 import {build, controls} from './layout.js';
 import {followLive} from './live.js';
@@ -13,15 +15,17 @@ import {Plots} from './plots.js';
 import {Run} from './run.js';
 import {Scene} from './scene.js';
 import {RigLayer} from './sensors.js';
-import {getBytes, getJson} from './source.js';
+import {getBytes, getJson, pause} from './source.js';
 
 const kRoles = ['estimate', 'second', 'third', 'first']; // roles of the runs
 const kLetters = 'ABCD'; // names of the runs if there are several
+const kReading_ms = 50;
+const kBefore_s = 3; // start of a clip before the instant that it shows
 const kPerSecond = 30; // frames that an arrow with shift moves
 const kKeys =
   'space: play or pause · arrows, . and ,: one frame, with shift one second · [ and ]: previous and next ' +
   'mark · home, end · f, 1, 4: speed · r, o, c: follow, stay, through the camera · v: one view per run · ' +
-  's: save the scene as PNG · in a figure: click or drag to go to a time, wheel to zoom (above the ' +
+  'i: images as the filter got them or as recorded · s: save the scene as PNG · in a figure: click or drag to go to a time, wheel to zoom (above the ' +
   'timeline: Ctrl and wheel), double-click to show everything, click a name in a legend to hide its line';
 
 /// The seed and the variant that distinguish each run from the others.
@@ -33,12 +37,12 @@ function differencesOf(runs) {
 
 function panesOf(runs) {
   const differences = differencesOf(runs),
-    [{recording}] = runs;
-  const isOneWalk = recording && runs.every((run) => run.recording === recording);
-  const panes = [];
+    panes = [];
   runs.forEach((about, i) => {
     const name = runs.length > 1 ? kLetters[i] : '',
-      first = isOneWalk ? panes[0] : null;
+      {recording, seen} = about,
+      hasSame = ({run, first}) => !first && run.about.recording === recording && run.about.seen === seen,
+      first = recording ? panes.find(hasSame) : null;
     panes.push(new Pane(new Run(about, i), name, differences[i], kRoles[i], first));
   });
   return panes;
@@ -49,6 +53,7 @@ class Page {
     this.about = about;
     this.dataset = document.documentElement.dataset;
     this.mode = 'follow';
+    this.isSeen = true;
     this.panes = panesOf(about.runs);
     const [{run}] = this.panes;
     this.player = new Player(
@@ -61,7 +66,7 @@ class Page {
       }
     );
     this.scene = new Scene(run, this.panes.slice(1));
-    this.landmarks = new Landmarks(this.panes, this.scene);
+    this.landmarks = new Landmarks(this.panes, this.scene, () => this.writeAddress());
     this.rig = run.about.rig.flatMap((sensor, i) =>
       sensor.kind === 'imu' ? [] : [new RigLayer(run, sensor, i, this.scene)]
     );
@@ -72,6 +77,7 @@ class Page {
       time: () => this.player.t
     });
     this.note = element('span', {class: 'soft', role: 'status'});
+    this.why = element('p', {role: 'status'});
     this.controls = controls(this);
     this.writeAddress = addressWriter(() => this.addressValues());
     build(this);
@@ -99,14 +105,30 @@ class Page {
 
   sayPlay() {
     const {live, control, atEnd, playing} = this.player;
-    const [pause, go] = live && !control ? ['freeze the view', 'newest'] : ['pause', 'play'];
-    this.controls.play.textContent = live && !atEnd ? 'newest' : playing ? pause : go;
+    const [stop, go] = live && !control ? ['freeze the view', 'newest'] : ['pause', 'play'];
+    this.controls.play.textContent = live && !atEnd ? 'newest' : playing ? stop : go;
     this.dataset.playing = playing;
   }
 
   drawFigures() {
     this.moments.list();
     this.plots.draw({marks: this.moments.marks, keepsZoom: !this.player.live});
+  }
+
+  /// Marks where the first two runs differ, and states why one is worse.
+  addPartings() {
+    this.moments.partings = partings(this.panes);
+    this.drawFigures();
+    const why = whyWorse(this.panes, this.moments.partings);
+    if (!why) return;
+    const from = Math.max(0, why.t - kBefore_s);
+    this.why.replaceChildren(
+      why.text,
+      ' ',
+      button('go there', 'show this time', () => this.player.go(why.t)),
+      ' ',
+      button('save 10 s as video', 'plays 10 s and saves them as WebM', () => saveClip(this, from))
+    );
   }
 
   addModel(model) {
@@ -119,6 +141,11 @@ class Page {
     document.querySelector(`[data-layer=${name}]`)?.setAttribute('aria-pressed', on);
     this.player.show(this.player.t);
     this.writeAddress();
+  }
+
+  setEnded(how) {
+    this.dataset.ended = 'true';
+    this.note.textContent = how;
   }
 
   setSpeed(speed) {
@@ -141,23 +168,30 @@ class Page {
     this.writeAddress();
   }
 
+  /// Shows the images as the filter got them, or as recorded.
+  setSeen(isSeen) {
+    this.isSeen = isSeen;
+    this.controls.seen.value = isSeen ? 'seen' : 'recorded';
+    for (const pane of this.panes) pane.setSeen(isSeen);
+    this.writeAddress();
+  }
+
   savePicture() {
     this.scene.render();
-    this.scene.renderer?.domElement.toBlob((blob) => {
-      const href = URL.createObjectURL(blob);
-      element('a', {href, download: `gaitslam-${this.player.t.toFixed(2)}s.png`}).click();
-      URL.revokeObjectURL(href);
-    });
+    this.scene.renderer?.domElement.toBlob((blob) => save(blob, `gaitslam-${this.player.t.toFixed(2)}s.png`));
   }
 
   addressValues() {
-    const {hidden, isSplit} = this.scene,
+    const {hidden, isSplit, optional} = this.scene,
       [figure] = this.plots.figures;
     return {
       t: this.player.t.toFixed(2),
       view: this.mode === 'follow' ? '' : this.mode,
-      hide: [...hidden].join(','),
+      hide: [...hidden].filter((name) => !optional.includes(name)).join(','),
+      show: optional.filter((name) => !hidden.has(name)).join(','),
       strips: [...this.plots.hidden].join(','),
+      image: this.isSeen ? '' : 'recorded',
+      pick: this.landmarks.picked ? `${this.landmarks.picked.run}.${this.landmarks.picked.id}` : '',
       split: isSplit ? 'yes' : '',
       zoom: figure?.isZoomed ? figure.range.map((v) => v.toFixed(2)).join(',') : ''
     };
@@ -165,8 +199,9 @@ class Page {
 
   /// Applies the contents of the URL. Returns whether it has a time.
   goToAddress() {
-    const {t, view, hide, strips, split, zoom} = readAddress();
+    const {t, view, hide, show, strips, split, zoom, image, pick} = readAddress();
     for (const name of hide) if (this.scene.layers[name]) this.setLayer(name, false);
+    for (const name of show) if (this.scene.layers[name]) this.setLayer(name, true);
     if (split) this.setSplit(true);
     if (strips) {
       this.plots.hidden = new Set(strips);
@@ -174,6 +209,8 @@ class Page {
     }
     if (['orbit', 'head'].includes(view)) this.setMode(view);
     if (zoom) this.plots.zoom(...zoom);
+    if (image === 'recorded') this.setSeen(false);
+    if (this.panes[pick?.run]) this.landmarks.pick(pick);
     this.player.go(t);
     return Number.isFinite(t);
   }
@@ -199,6 +236,7 @@ class Page {
       o: () => this.setMode('orbit'),
       c: () => this.setMode('head'),
       s: () => this.savePicture(),
+      i: () => this.setSeen(!this.isSeen),
       v: () => this.setSplit(!this.scene.isSplit),
       '?': () => {
         this.note.textContent = kKeys;
@@ -217,15 +255,28 @@ class Page {
   }
 }
 
+/// Waits until the program has read the results.
+async function aboutResults() {
+  const note = element('p', {class: 'note'}, 'Reading the results …');
+  let about = await getJson('/about');
+  for (; about.mode === 'reading'; about = await getJson('/about')) {
+    document.body.append(note);
+    await pause(kReading_ms);
+  }
+  note.remove();
+  return about;
+}
+
 async function start() {
   try {
-    const about = await getJson('/about'),
+    const about = await aboutResults(),
       {runs} = about;
     // Fetched while the page is being built, which takes longer.
     const model = runs[0].has_model ? getBytes('/model/0') : null;
     const first = about.mode === 'live' ? null : firstFiles(runs);
     const page = new Page(about);
     globalThis.gaitslamPage = page; // for tests
+    if (about.how) page.setEnded(about.how);
     await (first ? playBack(page, first, model) : followLive(page, model));
     page.dataset.model = 'true';
   } catch (error) {

@@ -178,9 +178,44 @@ TEST_F(PlaybackTest, ATruncatedFileIsDetectedAndTimesAreOptional) {
 
 TEST_F(PlaybackTest, ResultsOfTwoScenariosAreNotShownSideBySide) {
   std::vector<Playback> two(2, read_playback(result_, {}));
-  EXPECT_NO_THROW(PlaybackView({}, two));
+  EXPECT_NO_THROW(playback_site(two, {}));
   two[1].data.scenario = "another";
-  EXPECT_THROW(PlaybackView({}, two), std::invalid_argument);
+  EXPECT_THROW(playback_site(two, {}), std::invalid_argument);
+}
+
+/// What the page receives at a path.
+nlohmann::json received(Site& site, const std::string& path) {
+  return nlohmann::json::parse(*site.at(path, "").value().bytes);
+}
+
+TEST_F(PlaybackTest, ErrorsAreComparedOverTheTimeThatBothRunsTrack) {
+  const Playback whole = read_playback(result_, {});
+  Playback lost = whole;
+  for (std::size_t i = kFrames / 2; i < kFrames; ++i) lost.frames[i].report->health = slam::Health::lost;
+  Site site = playback_site({whole, lost}, {}), same = playback_site({whole, whole}, {});
+  double sum = 0;
+  for (int i = 0; i < kFrames / 2; ++i)
+    sum += pages::error_of(whole.frames[static_cast<std::size_t>(i)])->error.head<3>().squaredNorm();
+  const auto row = received(site, "/about")["changes"]["rows"][0]["cells"];
+  EXPECT_THAT(row[0].get<std::string>(), Has("RMS error of position while both track, to 0.6 s [mm]"));
+  for (const int run : {1, 2})
+    EXPECT_NEAR(std::stod(row[static_cast<std::size_t>(run)].get<std::string>()),
+                1e3 * std::sqrt(sum / (kFrames / 2)), 1e-2);
+  EXPECT_THAT(received(same, "/about")["changes"].dump(), testing::Not(Has("while both track")));
+}
+
+TEST_F(PlaybackTest, RunsWithTheSameImageErrorsShareAnImageAndALostFrameHasNoSource) {
+  Playback a = read_playback(result_, {});
+  const std::size_t lost = 16;  // at 0.5 s
+  EXPECT_FALSE(a.sources[lost].has_value());
+  EXPECT_EQ(a.sources[lost - 2], lost - 2);
+  Playback b = a;
+  b.errors.emplace(sensor_errors::ImageOptions{.gain = 2}, 1, std::vector<sensor_errors::Fault>());
+  Site site = playback_site({a, a, b}, {});
+  const auto runs = received(site, "/about")["runs"];
+  EXPECT_EQ(runs[1]["seen"], 0);
+  EXPECT_EQ(runs[2]["seen"], 2);
+  EXPECT_FALSE(site.at(fmt::format("/seen/0/{}", kFrames), "").has_value());
 }
 
 // A force of 100 N at (0.02, 0.01) of a sole that is turned by a right angle and stands at (1, 2), and three

@@ -91,7 +91,10 @@ void add_view(CLI::App& command, ViewRequest& request) {
   CLI::Option* const view =
       command.add_flag("--view", request.view, "show the walk live in the browser (prints a URL)");
   command.add_flag("--control", request.control, "let viewers pause, step and slow down")->needs(view);
-  command.add_flag("--wait", request.wait, "wait until the view is open in a browser")->needs(view);
+  command
+      .add_flag("--wait", request.wait,
+                "wait for a browser, start in real time, and show the result until Ctrl-C")
+      ->needs(view);
   add_view_place(command, request);
   for (const char* option : {"--port", "--address", "--public"}) command.get_option(option)->needs(view);
   if (!std::getenv("GAITSLAM_VIEW_TOKEN")) command.get_option("--token")->needs(view);

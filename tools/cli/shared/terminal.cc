@@ -82,4 +82,23 @@ void OnInterrupt::add(const std::string& text) {
   text_bytes = static_cast<sig_atomic_t>(own_bytes + bytes);
 }
 
+BlockedInterrupts::BlockedInterrupts() {
+  ::sigemptyset(&signals_);
+  for (const int one : {SIGINT, SIGTERM, SIGHUP}) ::sigaddset(&signals_, one);
+  ::pthread_sigmask(SIG_BLOCK, &signals_, &before_);
+}
+
+BlockedInterrupts::~BlockedInterrupts() { ::pthread_sigmask(SIG_SETMASK, &before_, nullptr); }
+
+void BlockedInterrupts::wait() const {
+  int which = 0;
+  ::sigwait(&signals_, &which);
+}
+
+std::optional<int> BlockedInterrupts::pending() const {
+  const timespec none{};
+  const int which = ::sigtimedwait(&signals_, nullptr, &none);
+  return which > 0 ? std::optional(which) : std::nullopt;
+}
+
 }  // namespace cli

@@ -2,9 +2,11 @@
 #pragma once
 
 #include <fmt/format.h>
+#include <signal.h>
 
 #include <filesystem>
 #include <iosfwd>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -62,6 +64,22 @@ class OnInterrupt {
   static void add(const std::string& text);
   OnInterrupt(const OnInterrupt&) = delete;
   OnInterrupt& operator=(const OnInterrupt&) = delete;
+};
+
+/// While an object lives, SIGINT, SIGTERM and SIGHUP are blocked in this thread and in threads started by it.
+class BlockedInterrupts {
+ public:
+  BlockedInterrupts();
+  ~BlockedInterrupts();
+  BlockedInterrupts(const BlockedInterrupts&) = delete;
+  BlockedInterrupts& operator=(const BlockedInterrupts&) = delete;
+  /// Waits for one of them.
+  void wait() const;
+  /// Returns one of them that has arrived, if any.
+  std::optional<int> pending() const;
+
+ private:
+  sigset_t signals_{}, before_{};
 };
 
 }  // namespace cli
