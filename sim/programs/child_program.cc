@@ -344,7 +344,7 @@ void ChildProgram::run(const TimeLimit& limit) {
   end(limit);
   if (WIFSIGNALED(status_) && WTERMSIG(status_) == SIGKILL && Clock::now() >= limit.deadline)
     throw ProgramFailed(fmt::format("it did not exit within {} s", limit.seconds));
-  if (!WIFEXITED(status_) || WEXITSTATUS(status_) != 0) throw ProgramFailed(ended_text(status_));
+  if (const std::string fault = exit_fault(); !fault.empty()) throw ProgramFailed(fault);
 }
 
 void ChildProgram::end(const TimeLimit& limit) {
@@ -352,6 +352,10 @@ void ChildProgram::end(const TimeLimit& limit) {
   wait_until_ended(limit);
   kill();
   read_log();
+}
+
+std::string ChildProgram::exit_fault() const {
+  return WIFEXITED(status_) && WEXITSTATUS(status_) == 0 ? "" : ended_text(status_);
 }
 
 std::string ChildProgram::log() const {

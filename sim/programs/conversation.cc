@@ -103,7 +103,8 @@ std::string Conversation::finish() {
   }
   program_.end(TimeLimit(kExitWithin_s));
   if (starts_message(program_.unread())) throw failed("at its end", kUnsolicited);
-  return program_.log();
+  const std::string fault = program_.exit_fault(), log = program_.log();
+  return fault.empty() ? log : log + fmt::format("gaitslam: after END, {}\n", fault);
 }
 
 // Ends the program. Output that it writes because its input ended is ignored.
