@@ -38,6 +38,8 @@ class ProgramController : public Controller {
 
   const walking::JointVector& start() const override { return ready_.start; }
   double held_s() const override { return ready_.words.settle_s / 2; }
+  /// Returns whether it carries out the walk text on slopes by itself.
+  bool plans_on_slopes() const { return ready_.words.plans == 1 && ready_.words.slopes == 1; }
   bool stands() const override { return ready_.words.stands == 1; }
   JointCommands command(const Readings& readings, bool settles) override;
   void advance() override;

@@ -203,11 +203,11 @@ struct Start {
     if (read.scenario.controller.source == programs::Source::built_in) plan = clear_plan(read, models);
     mount_sensors(read, models);
   }
-  std::unique_ptr<controllers::Controller> controller(const scenario::Scenario& scenario) const {
+  std::unique_ptr<controllers::Controller> controller(const scenario::ReadScenario& read) const {
     if (plan)
-      return std::make_unique<controllers::PlanController>(*plan, scenario.stabilizer,
-                                                           scenario.walk.steering);
-    return program_controller(scenario, models);
+      return std::make_unique<controllers::PlanController>(*plan, read.scenario.stabilizer,
+                                                           read.scenario.walk.steering);
+    return program_controller(read, models);
   }
   physics::Models models;
   std::optional<walking::PatternGenerator> plan;
@@ -263,7 +263,7 @@ Run::Run(const scenario::ReadScenario& read, const Start& start, const std::file
          int threads, const RunObserver& observer)
     : read_(read),
       observer_(observer),
-      robot_(read.scenario, start.controller(read.scenario), start.models),
+      robot_(read.scenario, start.controller(read), start.models),
       setup_(robot_.setup(read.scenario, start.models.robot)),
       tracking_(read.scenario.slam ? std::optional<tracking::Tracking>(
                                          std::in_place, read.scenario, setup_.calibration, setup_.X_WC_start,
@@ -477,10 +477,10 @@ std::optional<walking::PatternGenerator> check(const scenario::ReadScenario& rea
                                                const std::filesystem::path& models) {
   const Start start(read, models);
   if (!start.plan) {
-    start.controller(read.scenario)->finish();
+    start.controller(read)->finish();
     return std::nullopt;
   }
-  SensingRobot robot(read.scenario, start.controller(read.scenario), start.models);
+  SensingRobot robot(read.scenario, start.controller(read), start.models);
   const recording::RecordingSetup setup = robot.setup(read.scenario, start.models.robot);
   if (read.scenario.slam && read.scenario.estimator.source == programs::Source::program)
     programs::require_program(read.scenario.estimator, "estimator");

@@ -347,11 +347,12 @@ void ChildProgram::run(const TimeLimit& limit) {
   if (const std::string fault = exit_fault(); !fault.empty()) throw ProgramFailed(fault);
 }
 
-void ChildProgram::end(const TimeLimit& limit) {
+bool ChildProgram::end(const TimeLimit& limit) {
   if (in_ >= 0) ::close(std::exchange(in_, -1));
-  wait_until_ended(limit);
+  const bool ended = wait_until_ended(limit);
   kill();
   read_log();
+  return ended;
 }
 
 std::string ChildProgram::exit_fault() const {

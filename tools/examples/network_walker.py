@@ -13,6 +13,8 @@ import re
 import struct
 import sys
 
+os.environ['OPENBLAS_NUM_THREADS'] = '1'  # networks are small
+
 import numpy as np
 import onnx
 import onnx.numpy_helper

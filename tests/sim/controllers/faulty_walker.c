@@ -57,7 +57,7 @@ int gaitslam_walker_step(void* walker, const gaitslam_walk_sensors* sensors, con
                          const double* dq, const double* torque, const void* rig, size_t rig_bytes,
                          gaitslam_walk_answer* answer, gaitslam_joint_command* commands, const char** cause) {
   int i;
-  (void)walker, (void)q, (void)dq, (void)torque, (void)rig, (void)rig_bytes;
+  (void)walker, (void)q, (void)dq, (void)torque, (void)rig;
   for (i = 0; i < 2; ++i) {
     commands[i].q_rad = joints[i].start_rad;
     commands[i].kp_nm_rad = 100, commands[i].kd_nms_rad = 2;
@@ -65,6 +65,8 @@ int gaitslam_walker_step(void* walker, const gaitslam_walk_sensors* sensors, con
   answer->has_plan = is("stays");
   answer->plan = standing();
   if (sensors->vx_m_s > 0 && is("clips")) commands[0].q_rad = first.highest_rad + 1;
+  if (is("echoes") && sensors->has_place) commands[0].torque_nm = sensors->place.x_m;
+  if (is("echoes")) commands[1].torque_nm = (double)rig_bytes;
   if (++count < 3 + after) return 0;
   if (is("exit")) fprintf(stderr, "loading\nthe policy is broken\n"), exit(5);
   if (is("wrong_stamp")) answer->t_ns += 1;
