@@ -39,6 +39,9 @@ class LegOdometry {
         by_points_(floor == Floor::any || !robot.leg(Side::left).has_pads() ||
                    !robot.leg(Side::right).has_pads()) {}
 
+  /// Sets the pose of the waist at the first readings, before them.
+  void start_at(const Eigen::Isometry3d& X_OB) { X_OB_start_ = X_OB; }
+
   /// Adds the readings of a tick; to be called at every tick. From then on, the sole with the greater
   /// load carries the robot.
   void add(const SensorReadings& readings);

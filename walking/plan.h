@@ -32,9 +32,16 @@ struct SteeringOptions {
   double largest_turn_rad = 3 * std::numbers::pi / 180;
   OnLost on_lost = OnLost::stop;
   double lost_s = 3.0;
-  double tolerance_m = 0.006;
-  double tolerance_rad = 0.5 * std::numbers::pi / 180;
+  double tolerance_m = 0, tolerance_rad = 0;
   int final_steps = 8;
+
+  /// Returns these options with the tolerance that a walk can reach, if none was set.
+  SteeringOptions with_tolerance(bool stands) const {
+    SteeringOptions set = *this;
+    if (set.tolerance_m == 0) set.tolerance_m = stands ? 0.006 : 0.08;
+    if (set.tolerance_rad == 0) set.tolerance_rad = (stands ? 0.5 : 8) * std::numbers::pi / 180;
+    return set;
+  }
 
   static void keys(auto&& key) {
     choice<&SteeringOptions::by>(
@@ -53,10 +60,14 @@ struct SteeringOptions {
     choice<&SteeringOptions::on_lost>(
         key, kOnLost, "action when the estimate stays lost: go_on (with the plan) or stop (on both feet)");
     number<&SteeringOptions::lost_s>(key, 0, 1e6, "time without an estimate after which it counts as lost");
-    number<&SteeringOptions::tolerance_m>(
-        key, 0, 10, "distance from the end of the path within which no steps are added");
+    number<&SteeringOptions::tolerance_m>(key, 0, 10,
+                                          "distance from the end of the path within which no steps are "
+                                          "added; 0: 0.006, or 0.08 for a controller "
+                                          "that marches on the spot");
     degrees<&SteeringOptions::tolerance_rad>(
-        key, 0, 180, "heading error at the end of the path within which no steps are added");
+        key, 0, 180,
+        "heading error at the end of the path within which no steps are added; 0: 0.5, or 8 for a controller "
+        "that marches on the spot");
     number<&SteeringOptions::final_steps>(
         key, 0, 1000, "maximum number of steps added at the end of the path to reach the tolerance");
   }

@@ -11,7 +11,8 @@ constexpr std::size_t kSettlingTicks = 160;
 
 }  // namespace
 
-Steering::Steering(const SteeringOptions& options, const PatternGenerator& plan) : options_(options) {
+Steering::Steering(const SteeringOptions& options, const PatternGenerator& plan)
+    : options_(options.with_tolerance(true)) {
   for (std::size_t step = 0; step < plan.steps(); ++step) desired_.push_back(plan.landing(step));
 }
 

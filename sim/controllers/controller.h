@@ -53,9 +53,10 @@ class Controller {
   virtual ~Controller() = default;
   /// Joint angles at the start; the base is at reference().X_PB.
   virtual const walking::JointVector& start() const = 0;
-  /// Before the walk, the base is lowered for this time and then settles without support for the same time.
-  /// 0: the robot stands.
+  /// Before the walk, the base is held and lowered until the feet carry it, for at most this time, and is
+  /// then free until twice this time. 0: the robot starts on the floor, and settles there if it stands.
   virtual double held_s() const { return 0; }
+  virtual bool stands() const { return true; }
   virtual JointCommands command(const Readings& readings, bool settles) = 0;
   virtual void advance() = 0;
   /// Returns whether the walk continues after the ticks so far. progress(): how much of it is done, 0 to 1.
@@ -79,6 +80,10 @@ class Controller {
   virtual bool steers(std::size_t) const { return false; }
   virtual void steer(std::size_t, const std::optional<walking::PlaceEstimate>&) {}
   virtual std::optional<std::vector<walking::StepCorrection>> corrections() const { return std::nullopt; }
+  /// Returns whether it receives the observations of the head's camera and the rig: messages of
+  /// gaitslam_estimator.h with their headers.
+  virtual bool wants_rig() const { return false; }
+  virtual void add_rig(const std::string&) {}
   /// Returns why the walk stopped before the end of its commands, if it did.
   virtual std::optional<std::string> stopped() const { return std::nullopt; }
   /// Ends a program after the walk. Returns its log.

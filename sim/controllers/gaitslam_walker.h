@@ -23,7 +23,7 @@
 extern "C" {
 #endif
 
-#define GAITSLAM_WALKER_VERSION 1u /* version of this interface */
+#define GAITSLAM_WALKER_VERSION 2u /* version of this interface */
 
 /* ---- Structures */
 
@@ -83,8 +83,10 @@ typedef struct gaitslam_walk_ready {
   uint32_t has_plan;    /* 1: `plan` is the plan at the start, with the base's start pose */
   uint32_t joint_count; /* number of gaitslam_commanded_joint that follow */
   uint32_t slopes;      /* 1: it adapts to slopes, so the floor of its plan is not known to be level */
+  uint32_t wants_rig;   /* 1: SENSORS contain the observations of the head's camera and the rig */
+  uint32_t reserved;    /* 0 */
   gaitslam_walk_plan plan;
-} gaitslam_walk_ready; /* 504 bytes */
+} gaitslam_walk_ready; /* 512 bytes */
 
 /* A joint that the controller commands. The robot's own servos keep the others in the start posture. */
 typedef struct gaitslam_commanded_joint {
@@ -106,6 +108,13 @@ typedef struct gaitslam_wrench {
   double force_n[3], torque_nm[3];
 } gaitslam_wrench; /* 48 bytes */
 
+/* The newest estimate of the base's place, in W (under the base at the start). */
+typedef struct gaitslam_walk_place {
+  int64_t t_ns; /* time of the image from which it was estimated */
+  double x_m, y_m, yaw_rad;
+  double covariance[9]; /* of x, y (axes of W) and yaw, by rows; 0: unknown */
+} gaitslam_walk_place;  /* 104 bytes */
+
 /* Readings of the robot's own sensors: means over the last tick, with the robot's noise. */
 typedef struct gaitslam_walk_sensors {
   int64_t t_ns;
@@ -117,7 +126,12 @@ typedef struct gaitslam_walk_sensors {
   double accelerometer_m_s2[3];         /* specific force, axes G */
   double up_B[3];                       /* estimated vertical in the base's axes: tilt without heading */
   gaitslam_wrench left, right;
-} gaitslam_walk_sensors; /* 304 bytes */
+  double velocity_m_s[3]; /* of the base, axes B: by the legs, mean since the last SENSORS */
+  double velocity_sigma_m_s[3];
+  uint32_t has_place; /* 1, if the walk is steered by estimates and there is one; otherwise 0 */
+  uint32_t reserved;  /* 0 */
+  gaitslam_walk_place place;
+} gaitslam_walk_sensors; /* 464 bytes */
 
 enum {
   GAITSLAM_WALKER_OK = 0,
@@ -153,7 +167,9 @@ typedef struct gaitslam_joint_command {
  *     START    gaitslam_walk_start, the joints, 3 gaitslam_part (imu, left, right foot), and three texts with
  *              a zero byte after each: options (lines "key=value"), walk (YAML), model (the robot as MJCF)
  *     READY    gaitslam_walk_ready, the commanded joints, text. If there is a text, the rest may be left out
- *     SENSORS  gaitslam_walk_sensors, then q, dq and torque of all joints (double)
+ *     SENSORS  gaitslam_walk_sensors, then q, dq and torque of all joints (double), then, with wants_rig,
+ *              whole messages as an estimator gets them (gaitslam_estimator.h): START first, with the list of
+ *              the sensors, then each OBSERVATION once its image is complete, with the errors of its sensors
  *     ANSWER   gaitslam_walk_answer, the commands of the joints in the order of READY, cause
  *     END      nothing; the program exits
  *
@@ -177,12 +193,12 @@ void* gaitslam_walker_create(const gaitslam_walk_start* start, const gaitslam_ro
                              gaitslam_walk_ready* ready, const gaitslam_commanded_joint** commanded,
                              char* error, size_t error_bytes);
 
-/* Answers the sensors; q, dq, torque: of all joints in START. *answer starts with t_ns and joint_count set
- * and zeros elsewhere, commands[0 .. joint_count - 1] with zeros. *cause: zero-terminated text, owned by the
- * controller. Returns 0 on success; otherwise the reason is in *cause. */
+/* Answers the sensors; q, dq, torque: of all joints in START; rig: rig_bytes of messages. *answer starts with
+ * t_ns and joint_count set and zeros elsewhere, commands[0 .. joint_count - 1] with zeros. *cause:
+ * zero-terminated text, owned by the controller. Returns 0 on success; otherwise the reason is in *cause. */
 int gaitslam_walker_step(void* walker, const gaitslam_walk_sensors* sensors, const double* q,
-                         const double* dq, const double* torque, gaitslam_walk_answer* answer,
-                         gaitslam_joint_command* commands, const char** cause);
+                         const double* dq, const double* torque, const void* rig, size_t rig_bytes,
+                         gaitslam_walk_answer* answer, gaitslam_joint_command* commands, const char** cause);
 
 /* Frees the controller at the end of the run. */
 void gaitslam_walker_destroy(void* walker);
@@ -220,7 +236,8 @@ static int gaitslam_answer_sensors(void* walker, gaitslam_reader* from, int out)
   answer.t_ns = sensors.t_ns;
   answer.joint_count = gaitslam_commanded_count;
   commands = (gaitslam_joint_command*)calloc(gaitslam_commanded_count + 1, sizeof *commands);
-  fine = commands && !gaitslam_walker_step(walker, &sensors, q, dq, torque, &answer, commands, &cause);
+  fine = commands && !gaitslam_walker_step(walker, &sensors, q, dq, torque, from->payload + from->at,
+                                           (size_t)(from->bytes - from->at), &answer, commands, &cause);
   if (!cause) cause = "";
   if (!fine) fprintf(stderr, "%s\n", *cause ? cause : "the controller failed");
   if (answer.status == GAITSLAM_WALKER_NOT_READY || answer.status == GAITSLAM_WALKER_GAVE_UP)

@@ -53,11 +53,10 @@ void read_joints(std::string_view payload, const walking::Robot& robot, Ready& r
     const auto joint = pop<gaitslam_commanded_joint>(payload, "READY");
     const std::string name = name_of(joint.name);
     const auto found = std::ranges::find(names, name);
-    require(found != names.end(), fmt::format("it commands the joint '{}', expected one of {}",
-                                              programs::printable(name), fmt::join(names, ", ")));
+    require(found != names.end(),
+            fmt::format("it commands the joint {:?}, expected one of {}", name, fmt::join(names, ", ")));
     const auto index = static_cast<int>(found - names.begin());
-    require(std::ranges::count(ready.joints, index) == 0,
-            fmt::format("it names the joint '{}' twice", programs::printable(name)));
+    require(std::ranges::count(ready.joints, index) == 0, fmt::format("it names the joint {:?} twice", name));
     const walking::Joint& limits = robot.joints[static_cast<std::size_t>(index)];
     require(joint.start_rad >= limits.lowest && joint.start_rad <= limits.highest,
             fmt::format("the start angle of '{}' is {} rad, expected {} to {}", name, joint.start_rad,
@@ -105,13 +104,14 @@ std::string start_message(const programs::Choice& choice, const walking::Robot& 
                                                       options, zero, walk, zero, description.model, zero});
 }
 
-std::string sensors_message(const gaitslam_walk_sensors& words, const Readings& readings) {
+std::string sensors_message(const gaitslam_walk_sensors& words, const Readings& readings,
+                            std::string_view rig) {
   const auto bytes = [](const walking::JointVector& values) {
     return std::string_view(reinterpret_cast<const char*>(values.data()),
                             static_cast<std::size_t>(values.size()) * sizeof(double));
   };
-  return programs::message(programs::Message::input,
-                           {bytes_of(words), bytes(readings.q), bytes(readings.dq), bytes(readings.torque)});
+  return programs::message(programs::Message::input, {bytes_of(words), bytes(readings.q), bytes(readings.dq),
+                                                      bytes(readings.torque), rig});
 }
 
 std::size_t most_bytes(const walking::Robot& robot) {
@@ -139,6 +139,7 @@ Ready read_ready(std::string_view payload, const walking::Robot& robot) {
   require_speed(words.largest_wz_rad_s, "largest wz");
   require(words.duration_s >= 0 && std::isfinite(words.duration_s), "its duration is negative or not finite");
   flag(words.stands, "stands"), flag(words.wants_path, "wants_path"), flag(words.slopes, "slopes");
+  flag(words.wants_rig, "wants_rig");
   const bool plans = flag(words.plans, "plans");
   require(plans || words.largest_vx_m_s + words.largest_wz_rad_s > 0,
           "its largest speeds are 0, expected positive speeds or `plans`");

@@ -22,10 +22,12 @@ struct Answer {
   std::vector<gaitslam_joint_command> joints;
 };
 
-/// Return a whole message with its header. walk: the walk text of START.
+/// Return a whole message with its header. walk: the walk text of START; rig: messages of
+/// gaitslam_estimator.h.
 std::string start_message(const programs::Choice& choice, const walking::Robot& robot,
                           const RobotDescription& description, const std::string& walk, std::uint64_t seed);
-std::string sensors_message(const gaitslam_walk_sensors& words, const Readings& readings);
+std::string sensors_message(const gaitslam_walk_sensors& words, const Readings& readings,
+                            std::string_view rig);
 
 /// The maximum length in bytes of a READY or ANSWER for this robot.
 std::size_t most_bytes(const walking::Robot& robot);

@@ -135,8 +135,8 @@ void PathFollower::advance(double dt_s) {
   }
   const Path::Piece& here = path_.piece(t_s_);
   double end_s = here.start_s + here.duration_s, command_duration_s = here.duration_s;
-  const bool lags =
-      error_ && (error_->position.norm() > kWaitBeyond_m || std::abs(error_->yaw) > kWaitBeyond_rad);
+  const bool lags = error_ && !stands() &&
+                    (error_->position.norm() > kWaitBeyond_m || std::abs(error_->yaw) > kWaitBeyond_rad);
   double next_s = lags ? t_s_ : t_s_ + dt_s;
   const bool is_at_end = next_s >= end_s - dt_s / 2;
   waits_for_end_ = is_at_end && !may_end();

@@ -4,6 +4,7 @@
 #include "sim/controllers/messages.h"
 #include "sim/controllers/path.h"
 #include "sim/files/hash.h"
+#include "walking/leg_odometry.h"
 
 namespace sim::controllers {
 
@@ -37,6 +38,9 @@ class ProgramController : public Controller {
 
   const walking::JointVector& start() const override { return ready_.start; }
   double held_s() const override { return ready_.words.settle_s / 2; }
+  /// Returns whether it carries out the walk text on slopes by itself.
+  bool plans_on_slopes() const { return ready_.words.plans == 1 && ready_.words.slopes == 1; }
+  bool stands() const override { return ready_.words.stands == 1; }
   JointCommands command(const Readings& readings, bool settles) override;
   void advance() override;
   bool walks() const override { return follower_ ? stopping_s_ < kStopping_s : !finished_; }
@@ -53,6 +57,8 @@ class ProgramController : public Controller {
     return follower_ && start_.commands.steering.by != walking::SteeredBy::plan;
   }
   void steer(std::size_t tick, const std::optional<walking::PlaceEstimate>& newest) override;
+  bool wants_rig() const override { return ready_.words.wants_rig == 1; }
+  void add_rig(const std::string& message) override { rig_ += message; }
   std::optional<std::string> stopped() const override {
     return follower_ ? follower_->stopped() : std::nullopt;
   }
@@ -68,6 +74,8 @@ class ProgramController : public Controller {
   void ask(const Readings& readings, bool settles);
   void take_effect();
   void locate();
+  void measure_velocity(const Readings& readings, gaitslam_walk_sensors& words);
+  gaitslam_walk_place place() const;
   void refer();
   void refer_to_path();
   void refer_to_plan();
@@ -77,6 +85,9 @@ class ProgramController : public Controller {
   programs::Conversation program_;
   std::optional<PathFollower> follower_;
   walking::Attitude attitude_;
+  walking::LegOdometry legs_;
+  std::optional<Eigen::Isometry3d> X_OB_;  // by the legs, at the last SENSORS
+  std::string rig_;                        // messages since the last SENSORS
   std::ptrdiff_t tick_ = 0;
   bool settling_ = true, finished_ = false;
   double stopping_s_ = 0;  // since the end of the commanded path
@@ -84,8 +95,9 @@ class ProgramController : public Controller {
   std::chrono::nanoseconds effect_{0};  // when pending_ takes effect
   std::ptrdiff_t answered_ = 0;         // tick of answer_'s plan
   gaitslam_walk_plan answer_{};
-  walking::FootPose X_WP_;           // newest estimate of the pose of the plan's world
-  std::optional<double> located_s_;  // its time
+  walking::FootPose X_WP_;                         // newest estimate of the pose of the plan's world
+  std::optional<walking::PlaceEstimate> located_;  // that estimate
+  std::vector<walking::FootPose> on_path_;         // by tick: place of the base in the plan's world
   JointCommands commands_;
   std::size_t clipped_ = 0;
   files::Hash answers_;

@@ -132,8 +132,8 @@ void* gaitslam_walker_create(const gaitslam_walk_start*, const gaitslam_robot* r
 }
 
 int gaitslam_walker_step(void* walker, const gaitslam_walk_sensors* sensors, const double* q, const double*,
-                         const double*, gaitslam_walk_answer* answer, gaitslam_joint_command* commands,
-                         const char**) {
+                         const double*, const void*, size_t, gaitslam_walk_answer* answer,
+                         gaitslam_joint_command* commands, const char**) {
   static_cast<sim::live::PlanProgram*>(walker)->step(*sensors, q, *answer, commands);
   return 0;
 }

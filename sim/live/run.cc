@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "sim/estimators/messages.h"
 #include "sim/live/frame_pipeline.h"
 #include "sim/live/self_check.h"
 #include "sim/live/setup.h"
@@ -11,6 +12,7 @@
 #include "sim/physics/walking_robot.h"
 #include "sim/scenario/robot.h"
 #include "sim/sensor_errors/random.h"
+#include "sim/sensor_errors/sensor_errors.h"
 #include "walking/kinematics.h"
 #include "walking/leg_odometry.h"
 
@@ -201,11 +203,11 @@ struct Start {
     if (read.scenario.controller.source == programs::Source::built_in) plan = clear_plan(read, models);
     mount_sensors(read, models);
   }
-  std::unique_ptr<controllers::Controller> controller(const scenario::Scenario& scenario) const {
+  std::unique_ptr<controllers::Controller> controller(const scenario::ReadScenario& read) const {
     if (plan)
-      return std::make_unique<controllers::PlanController>(*plan, scenario.stabilizer,
-                                                           scenario.walk.steering);
-    return program_controller(scenario, models);
+      return std::make_unique<controllers::PlanController>(*plan, read.scenario.stabilizer,
+                                                           read.scenario.walk.steering);
+    return program_controller(read, models);
   }
   physics::Models models;
   std::optional<walking::PatternGenerator> plan;
@@ -243,9 +245,10 @@ class Run {
   FramePipeline frames_;
   recording::RecordingWriter writer_;
   InertialCheck check_;
-  std::optional<SteeringPoseBuffer> steering_;  // only for a steered walk
-  std::size_t steering_answers_ = 0;            // number of the estimator's answers added to it
-  slam::Observation next_;                      // readings of IMUs, encoders and forces since the last frame
+  std::optional<SteeringPoseBuffer> steering_;             // only for a steered walk
+  std::optional<sensor_errors::SensorErrors> rig_errors_;  // only for a controller that wants the rig
+  std::size_t steering_answers_ = 0;                       // number of the estimator's answers added to it
+  slam::Observation next_;  // readings of IMUs, encoders and forces since the last frame
   struct {
     walking::Wrench left, right;  // ground on feet
     recording::TrueFeet feet;     // at the end of the tick
@@ -260,7 +263,7 @@ Run::Run(const scenario::ReadScenario& read, const Start& start, const std::file
          int threads, const RunObserver& observer)
     : read_(read),
       observer_(observer),
-      robot_(read.scenario, start.controller(read.scenario), start.models),
+      robot_(read.scenario, start.controller(read), start.models),
       setup_(robot_.setup(read.scenario, start.models.robot)),
       tracking_(read.scenario.slam ? std::optional<tracking::Tracking>(
                                          std::in_place, read.scenario, setup_.calibration, setup_.X_WC_start,
@@ -273,9 +276,16 @@ Run::Run(const scenario::ReadScenario& read, const Start& start, const std::file
   if (observer_.begins) observer_.begins(setup_);
   if (read.scenario.walk.steering.by != walking::SteeredBy::plan)
     steering_.emplace(read.scenario.walk.steering, read.scenario.errors.faults, frames_.lead());
+  if (!robot_->controller().wants_rig()) return;
+  rig_errors_.emplace(read.scenario.errors, read.scenario.seed, setup_.rig);
+  estimators::Start sensors{
+      setup_.calibration, setup_.X_WC_start, read.scenario.seed, {}, setup_.camera_rate_hz};
+  sensors.rig = setup_.rig, sensors.joints = setup_.joints;
+  robot_->controller().add_rig(estimators::start_message({}, sensors));
 }
 
 void Run::walk(const result::Progress& progress) {
+  if (!robot_->is_ok()) return;  // it fell while settling
   frames_.add_positions(robot_->world());
   process_frames();
   while (robot_->walks()) {
@@ -300,8 +310,9 @@ void Run::walk(const result::Progress& progress) {
 
 // Called every 5 ms.
 void Run::command() {
-  const result::StageClock clock(timing_.frame.plan_and_physics_ms);
   const slam::Stamp now = robot_->world().time();
+  while (rig_errors_ && !frames_.empty() && frames_.next_stamp() + frames_.lead() <= now) deliver_frame();
+  const result::StageClock clock(timing_.frame.plan_and_physics_ms);
   const walking::SensorReadings readings = robot_.command();
   next_.body.push_back(recorded(now, readings));
   writer_.add(next_.body.back());
@@ -386,6 +397,9 @@ void Run::deliver_frame() {
     shown = frame.observation;
     shown->image = shown->image.clone();  // sensor errors may be applied in place
   }
+  if (rig_errors_)
+    for (const slam::Observation& arrived : rig_errors_->process(frame.observation))
+      robot_->controller().add_rig(estimators::observation_message(arrived, setup_.rig));
   if (tracking_) {
     const result::StageClock clock(timing_.frame.filter_ms);
     tracking_->process(std::move(frame.observation));
@@ -463,10 +477,10 @@ std::optional<walking::PatternGenerator> check(const scenario::ReadScenario& rea
                                                const std::filesystem::path& models) {
   const Start start(read, models);
   if (!start.plan) {
-    programs::require_program(read.scenario.controller, "walk.controller");
+    start.controller(read)->finish();
     return std::nullopt;
   }
-  SensingRobot robot(read.scenario, start.controller(read.scenario), start.models);
+  SensingRobot robot(read.scenario, start.controller(read), start.models);
   const recording::RecordingSetup setup = robot.setup(read.scenario, start.models.robot);
   if (read.scenario.slam && read.scenario.estimator.source == programs::Source::program)
     programs::require_program(read.scenario.estimator, "estimator");

@@ -51,7 +51,8 @@ std::vector<physics::FloorWave> floor(std::uint64_t seed, double sigma) {
 
 }  // namespace
 
-walking::PatternGenerator clear_plan(const scenario::ReadScenario& read, const physics::Models& models) {
+walking::PatternGenerator clear_plan(const scenario::ReadScenario& read, const physics::Models& models,
+                                     bool slopes) {
   const scenario::Scenario& s = read.scenario;
   walking::PatternGenerator plan(models.robot, s.walk, physics::nominal_body(copy_of(models.on_floor)));
   const auto place = [&](int number) -> std::pair<scenario::Yaml, std::string> {
@@ -61,13 +62,20 @@ walking::PatternGenerator clear_plan(const scenario::ReadScenario& read, const p
     if (command < read.command_origins.size()) at.origin = read.command_origins[command];
     return {at, fmt::format("walk.commands[{}]: {}", command, word)};
   };
-  if (const auto step = physics::first_uneven_step(plan, models.on_floor))
+  if (slopes && result::is_allowed(s, scenario::Ending::fell)) return plan;
+  if (const auto step = physics::first_uneven_step(plan, models.on_floor, slopes))
     fail(place(step->command).first, place(step->command).second,
          fmt::format("at {:.2f} s the {} sole is planned onto {} at ({:.2f}, {:.2f}, {:.3f}) m of world.room "
-                     "{}; expected a floor at z = 0 under each footstep of the pattern generator",
+                     "{}; expected {}",
                      step->t_s, step->left ? "left" : "right",
                      step->geom.empty() ? "a shape" : fmt::format("'{}'", step->geom), step->p_W.x(),
-                     step->p_W.y(), step->p_W.z(), s.world.room));
+                     step->p_W.y(), step->p_W.z(), s.world.room,
+                     slopes
+                         ? fmt::format("slopes of at most {} deg and edges of at most {} m for a controller "
+                                       "that follows slopes, or limits.ending with fell",
+                                       physics::kSteepest_deg, physics::kHighestEdge_m)
+                         : "a floor at z = 0 under each footstep of the pattern generator"));
+  if (slopes) return plan;
   if (result::is_allowed(s, scenario::Ending::collided)) return plan;
   const auto found = physics::first_collision(plan, copy_of(models.in_room));
   if (!found) return plan;
@@ -80,8 +88,9 @@ walking::PatternGenerator clear_plan(const scenario::ReadScenario& read, const p
            s.world.room));
 }
 
-std::unique_ptr<controllers::ProgramController> program_controller(const scenario::Scenario& scenario,
+std::unique_ptr<controllers::ProgramController> program_controller(const scenario::ReadScenario& read,
                                                                    const physics::Models& models) {
+  const scenario::Scenario& scenario = read.scenario;
   scenario::Scenario walk;
   walk.walk = scenario.walk;
   walk.walk.steering.by = walking::SteeredBy::plan;  // only the bench estimates
@@ -97,7 +106,9 @@ std::unique_ptr<controllers::ProgramController> program_controller(const scenari
                                   scenario.stabilizer.attitude,
                                   {1e-3 * time.answer_ms, time.model == scenario::TimeModel::measured}};
   try {
-    return std::make_unique<controllers::ProgramController>(std::move(start));
+    auto controller = std::make_unique<controllers::ProgramController>(std::move(start));
+    if (controller->plans_on_slopes()) clear_plan(read, models, true);
+    return controller;
   } catch (const programs::ProgramFailed& failure) {
     throw std::invalid_argument(failure.what());
   }

@@ -15,12 +15,14 @@ namespace sim::live {
 
 /// Returns the plan of the walk. Throws std::invalid_argument if it cannot be planned. Throws ConfigError at
 /// a walk command if its planned posture is too close to a wall or furniture, unless the scenario allows a
-/// run to end as "collided".
-walking::PatternGenerator clear_plan(const scenario::ReadScenario& read, const physics::Models& models);
+/// run to end as "collided". slopes: the controller follows slopes, so only footsteps that are too steep are
+/// errors, unless the scenario allows a run to end as "fell".
+walking::PatternGenerator clear_plan(const scenario::ReadScenario& read, const physics::Models& models,
+                                     bool slopes = false);
 
 /// Starts the program of walk.controller. Throws std::invalid_argument if it cannot be started or does not
 /// accept the start.
-std::unique_ptr<controllers::ProgramController> program_controller(const scenario::Scenario& scenario,
+std::unique_ptr<controllers::ProgramController> program_controller(const scenario::ReadScenario& read,
                                                                    const physics::Models& models);
 
 /// Returns the variations. Each is drawn from its own named stream, so a spread of 0 does not change the

@@ -3,6 +3,8 @@
 #include <mujoco/mujoco.h>
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 
 namespace sim::physics {
 namespace {
@@ -10,6 +12,7 @@ namespace {
 constexpr double kAbove = 100;     // m: above every floor
 constexpr double kUneven = 0.001;  // m from z = 0
 constexpr int kPlaces = 5;         // places on a sole, along each side
+const double kSteepest = std::tan(kSteepest_deg * std::numbers::pi / 180);
 
 }  // namespace
 
@@ -49,12 +52,14 @@ std::size_t Floor::solids() const {
   }));
 }
 
-std::optional<UnevenStep> first_uneven_step(walking::PatternGenerator plan, const Model& on_floor) {
+std::optional<UnevenStep> first_uneven_step(walking::PatternGenerator plan, const Model& on_floor,
+                                            bool slopes) {
   const Floor floor(*on_floor);
   if (floor.is_plain()) return std::nullopt;
   const Data data(mj_makeData(on_floor.get()));
   mj_kinematics(on_floor.get(), data.get());
   std::array<Eigen::Isometry3d, 2> stood{};
+  std::array<std::vector<Eigen::Vector3d>, 2> floors;  // below each sole
   for (std::size_t tick = 0; tick < plan.ticks(); ++tick) {
     const walking::Reference reference = plan.next();
     for (const walking::Side side : {walking::Side::left, walking::Side::right}) {
@@ -66,17 +71,24 @@ std::optional<UnevenStep> first_uneven_step(walking::PatternGenerator plan, cons
         continue;
       before = X;
       const walking::Leg& leg = plan.robot().leg(side);
+      std::vector<Eigen::Vector3d>&below = floors[left ? 0 : 1], &beside = floors[left ? 1 : 0];
+      below.clear();
       for (int i = 0; i < kPlaces * kPlaces; ++i) {
         const Eigen::Array2d part(i % kPlaces / (kPlaces - 1.0), i / kPlaces / (kPlaces - 1.0));
         const Eigen::Vector2d in_sole = leg.sole_min.array() + part * (leg.sole_max - leg.sole_min).array();
         const Eigen::Vector2d place = (X * Eigen::Vector3d(in_sole.x(), in_sole.y(), 0)).head<2>();
         const auto found = floor.at(*data, place);
-        if (found && std::abs(found->z) <= kUneven) continue;
-        return UnevenStep{reference.t_s,
-                          reference.command,
-                          left,
-                          name_of(*on_floor, mjOBJ_GEOM, found ? found->geom : -1),
-                          {place.x(), place.y(), found ? found->z : 0}};
+        const Eigen::Vector3d p_W(place.x(), place.y(), found ? found->z : 0);
+        const auto fits = [&](const Eigen::Vector3d& other) {
+          const double distance = (p_W - other).head<2>().norm();
+          return std::abs(p_W.z() - other.z()) <= std::max(kHighestEdge_m, kSteepest * distance);
+        };
+        below.push_back(p_W);
+        if (found && (slopes ? std::ranges::all_of(below, fits) && std::ranges::all_of(beside, fits)
+                             : std::abs(found->z) <= kUneven))
+          continue;
+        return UnevenStep{reference.t_s, reference.command, left,
+                          name_of(*on_floor, mjOBJ_GEOM, found ? found->geom : -1), p_W};
       }
     }
   }

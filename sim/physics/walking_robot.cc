@@ -10,7 +10,8 @@ namespace {
 // gyro has read less than kRestRate. A robot that keeps moving starts as it is.
 constexpr double kRestForce = 0.05;  // m/s²; standing robots stay within 0.01
 constexpr double kRestRate = 0.01;   // rad/s
-constexpr double kRaised = 0.03;     // m, start height of a base that is lowered
+constexpr double kRaised = 0.03;     // m, start height of a base that is lowered, and how far it may sag
+constexpr double kCarried = 0.8;     // fraction of the weight on the feet at which the base is released
 constexpr std::chrono::milliseconds kRest{200}, kLongestSettling{3000};
 
 WorldOptions without_pushes(WorldOptions options) {
@@ -27,7 +28,10 @@ WalkingRobot::WalkingRobot(std::unique_ptr<controllers::Controller> controller, 
       world_(without_pushes(options), draw, controller_->start(), X_WP * controller_->reference().X_PB,
              models) {
   if (!controller_->has_plan()) world_.let_feet_touch();
-  controller_->held_s() > 0 ? lower(controller_->has_plan() ? nullptr : legs) : settle();
+  if (controller_->held_s() > 0)
+    lower(controller_->has_plan() ? nullptr : legs);
+  else if (controller_->stands())
+    settle();
   world_.start_clock(options.pushes);
 }
 
@@ -40,14 +44,21 @@ WalkingRobot::WalkingRobot(walking::PatternGenerator plan, const walking::Stabil
 void WalkingRobot::lower(walking::LegOdometry* legs) {
   const std::chrono::duration<double> held(controller_->held_s());
   const Eigen::Isometry3d X_WB = world_.X_WB();
+  bool is_held = true;
   const auto readings = [&] {
     const walking::SensorReadings now = world_.sensor_readings();
-    if (legs && world_.time() >= held) legs->add(now);
+    if (legs && !is_held) legs->add(now);
     return now;
   };
   while (is_ok() && world_.time() < 2 * held) {
-    const double left = 1 - world_.time() / held;
-    left > 0 ? world_.hold(Eigen::Translation3d(0, 0, left * kRaised) * X_WB) : world_.release();
+    if (is_held) {
+      const double above = kRaised * (1 - 2 * (world_.time() / held));
+      const Eigen::Isometry3d X_WB_held = Eigen::Translation3d(0, 0, above) * X_WB;
+      const auto [left, right] = world_.sole_contacts_since_last();
+      is_held = world_.time() < held && left.load + right.load < kCarried * world_.weight();
+      is_held ? world_.hold(X_WB_held) : world_.release();
+      if (!is_held && legs) legs->start_at(X_WB_held);
+    }
     command(readings(), true);
     step();
   }

@@ -315,7 +315,7 @@ void World::start_clock(std::vector<Push> pushes) {
   pushes_ = std::move(pushes);
   time_ = next_look_ = std::chrono::nanoseconds(0);
   data_->time = 0;
-  at_limit_ = false;
+  at_limit_ = settling_ = false;
   largest_share_ = {};
   std::ranges::fill(limited_ms_, 0);
   last_read_ = last_recorded_ = imu_state();
@@ -366,10 +366,10 @@ std::string World::fall_text(const Eigen::Isometry3d& X_WB) const {
   const Eigen::Vector3d up = X_WB.linear().col(2), ahead = X_WB.linear().col(0);
   const double way = std::remainder(std::atan2(up.y(), up.x()) - std::atan2(ahead.y(), ahead.x()), 2 * M_PI);
   const double now = std::chrono::duration<double>(time_).count();
-  std::string text =
-      fmt::format("{} at {:.2f} s: the waist is {:.2f} m high and tilted by {:.0f} deg",
-                  kWays[static_cast<std::size_t>(std::lround(way / M_PI_2) + 4) % 4], now,
-                  X_WB.translation().z(), std::acos(std::clamp(up.z(), -1.0, 1.0)) * 180 / M_PI);
+  std::string text = fmt::format("{} at {:.2f} s{}: the waist is {:.2f} m high and tilted by {:.0f} deg",
+                                 kWays[static_cast<std::size_t>(std::lround(way / M_PI_2) + 4) % 4], now,
+                                 settling_ ? " of settling" : "", X_WB.translation().z(),
+                                 std::acos(std::clamp(up.z(), -1.0, 1.0)) * 180 / M_PI);
   constexpr double kBlamed_s = 5;  // after a push
   for (const Push& push : pushes_)
     if (now >= push.time_s && now < push.time_s + push.duration_s + kBlamed_s)
@@ -485,6 +485,8 @@ ImuState World::imu_state(const Place& place) const {
   const Eigen::Vector3d lever = X.translation() - vector(data_->xpos + 3 * place.body);
   return {time_, X.linear(), vector(velocity.data() + 3) + vector(velocity.data()).cross(lever)};
 }
+
+double World::weight() const { return model_->body_subtreemass[ids_.waist] * gravity().norm(); }
 
 Eigen::Vector3d World::gravity() const { return vector(model_->opt.gravity); }
 

@@ -108,6 +108,9 @@ class World {
   void hold(const Eigen::Isometry3d& X_WB) { held_ = X_WB; }
   void release() { held_.reset(); }
 
+  /// Weight of the robot, N.
+  double weight() const;
+
   /// Makes contact between the feet like any other contact: it no longer ends the walk.
   void let_feet_touch() { feet_may_touch_ = true; }
 
@@ -204,7 +207,7 @@ class World {
   std::optional<Eigen::Isometry3d> held_;
   std::chrono::nanoseconds time_{0};
   Status status_;
-  bool at_limit_ = false, feet_may_touch_ = false;
+  bool at_limit_ = false, feet_may_touch_ = false, settling_ = true;  // settling_: before start_clock()
   struct {
     double value = 0;
     int joint = 0;

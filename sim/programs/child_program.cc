@@ -344,14 +344,19 @@ void ChildProgram::run(const TimeLimit& limit) {
   end(limit);
   if (WIFSIGNALED(status_) && WTERMSIG(status_) == SIGKILL && Clock::now() >= limit.deadline)
     throw ProgramFailed(fmt::format("it did not exit within {} s", limit.seconds));
-  if (!WIFEXITED(status_) || WEXITSTATUS(status_) != 0) throw ProgramFailed(ended_text(status_));
+  if (const std::string fault = exit_fault(); !fault.empty()) throw ProgramFailed(fault);
 }
 
-void ChildProgram::end(const TimeLimit& limit) {
+bool ChildProgram::end(const TimeLimit& limit) {
   if (in_ >= 0) ::close(std::exchange(in_, -1));
-  wait_until_ended(limit);
+  const bool ended = wait_until_ended(limit);
   kill();
   read_log();
+  return ended;
+}
+
+std::string ChildProgram::exit_fault() const {
+  return WIFEXITED(status_) && WEXITSTATUS(status_) == 0 ? "" : ended_text(status_);
 }
 
 std::string ChildProgram::log() const {

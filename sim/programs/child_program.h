@@ -58,10 +58,12 @@ class ChildProgram {
   /// Returns and removes the program's standard output so far, at most 4 KiB.
   std::string unread();
   /// Closes the program's standard input, waits for it to exit and kills it at the time limit.
-  void end(const TimeLimit& limit);
+  bool end(const TimeLimit& limit);
   /// Runs a program without messages until it exits. Throws ProgramFailed if its exit code is not 0 or it
   /// misses the time limit.
   void run(const TimeLimit& limit);
+  /// Returns "it ended with exit code 7", or "" if it is 0. end() must have been called.
+  std::string exit_fault() const;
   /// Returns the program's output on standard error, or the last MiB of it.
   std::string log() const;
   /// Returns the last lines of the log so far, for a message; empty if there are none.

@@ -101,9 +101,10 @@ std::string Conversation::finish() {
   } catch (const ProgramFailed&) {
     // It has already exited.
   }
-  program_.end(TimeLimit(kExitWithin_s));
+  const bool exited = program_.end(TimeLimit(kExitWithin_s));
   if (starts_message(program_.unread())) throw failed("at its end", kUnsolicited);
-  return program_.log();
+  const std::string fault = program_.exit_fault(), log = program_.log();
+  return fault.empty() || !exited ? log : log + fmt::format("gaitslam: after END, {}\n", fault);
 }
 
 // Ends the program. Output that it writes because its input ended is ignored.

@@ -2,6 +2,8 @@
 
 #include <fmt/ranges.h>
 
+#include <fstream>
+
 #include "sim/files/atomic_file.h"
 #include "sim/scenario/keys.h"
 #include "sim/score/metrics.h"
@@ -359,7 +361,12 @@ std::string score_table(const fs::path& result_folder, const TableStyle& style, 
   if (const auto median = timing.find("controller_ms_median"))
     text += fmt::format(", walking controller {:.3f} ms per answer (median; p99 {:.3f})", median->number(),
                         timing.at("controller_ms_p99").number());
-  return text + fmt::format(", {:.2f} x real time\n", timing.at("realtime_factor").number());
+  text += fmt::format(", {:.2f} x real time\n", timing.at("realtime_factor").number());
+  // What the bench observed about the walking controller follows the program's own log.
+  std::ifstream log(result_folder / "controller.log");
+  for (std::string line; std::getline(log, line);)
+    if (line.starts_with("gaitslam: ")) text += "  walking controller: " + line.substr(10) + "\n";
+  return text;
 }
 
 }  // namespace sim::result

@@ -29,6 +29,7 @@ std::optional<walking::Timeline> planned(const ReadScenario& read) {
   }
 }
 
+constexpr const char* kArgument = "<argument>";
 constexpr const char* kNoCamera = "never happens: this scenario has no section 'camera'";
 
 /// Returns why a fault, push or darkness at this time never happens, if so. end_s: the end of the walk.
@@ -46,9 +47,10 @@ std::optional<std::string> never_happens(const sensor_errors::Fault& any, const 
                     any);
 }
 
-/// Throws ConfigError for a fault, push or darkness that never happens.
-void check_happens(const ReadScenario& read, double end_s) {
-  const Scenario& scenario = read.scenario;
+/// Throws ConfigError for a fault, push or darkness that never happens. Pushes of a file after the end of
+/// commands that replace the file's are removed with a warning.
+void check_happens(ReadScenario& read, double end_s) {
+  Scenario& scenario = read.scenario;
   const auto require = [&](const std::string& name, const std::optional<std::string>& problem) {
     if (problem) fail(place_of(read, name.substr(0, name.find(':'))), name, *problem);
   };
@@ -56,10 +58,19 @@ void check_happens(const ReadScenario& read, double end_s) {
     const std::string kind = std::visit([](const auto& f) { return f.kName; }, fault);
     require("errors.faults: " + kind, never_happens(fault, scenario, end_s));
   }
-  for (const physics::Push& push : scenario.world.pushes) {
-    require("world.pushes: push", never_happens(push.time_s, push.duration_s, end_s));
+  const Yaml pushes = place_of(read, "world.pushes");
+  const bool replaced =
+      place_of(read, "walk.commands").origin.file == kArgument && pushes.origin.file != kArgument;
+  std::erase_if(scenario.world.pushes, [&](const physics::Push& push) {
     if (push.impulse_ns == 0) require("world.pushes: push", "never happens: its impulse_ns is 0");
-  }
+    const auto problem = never_happens(push.time_s, push.duration_s, end_s);
+    if (problem && replaced)
+      read.warnings.push_back(fmt::format("{}:{}:{}: world.pushes: push: {}; ignored", pushes.origin.file,
+                                          pushes.origin.line, pushes.origin.column, *problem));
+    else
+      require("world.pushes: push", problem);
+    return problem.has_value();
+  });
   const physics::WorldOptions::LightsOff& dark = scenario.world.lights_off;
   if (dark.from_s == 0 && dark.duration_s == 0) return;
   require("world.lights_off", never_happens(dark.from_s, dark.duration_s, end_s));
@@ -110,7 +121,7 @@ void check_limits(const ReadScenario& read, const Yaml& at) {
 
 /// Throws ConfigError if keys contradict each other, a fault never happens, or the walk takes too long to
 /// plan.
-void check_whole(const ReadScenario& read) {
+void check_whole(ReadScenario& read) {
   const Scenario& scenario = read.scenario;
   const Yaml at = place_of(read, "");
   if (scenario.walk.commands.empty())
@@ -141,7 +152,6 @@ void check_whole(const ReadScenario& read) {
   check_happens(read, steered_by == plan ? walk_s : 2 * walk_s);  // steering adds steps
 }
 
-constexpr const char* kArgument = "<argument>";
 constexpr const char* kBase = "base";  // not in the table of keys
 
 /// Returns the parts below `section` ("" for the top): "walk" -> {"single_support_s", ...}. Not empty only

@@ -15,6 +15,7 @@ struct ReadScenario {
   std::vector<Origin> command_origins = {};                ///< for each of walk.commands
   std::map<std::string, Origin, std::less<>> places = {};  ///< origin of each key
   Origin start = {};                                       ///< start of the file
+  std::vector<std::string> warnings = {};                  ///< about keys that were ignored
 };
 
 /// Returns a node at the place of a key, for fail(), or at the scenario's start if the file did not set the

@@ -7,7 +7,7 @@ import sys
 import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-PARSED = r"gaitslam (view|tune|reproduce|regress|baseline|sweep(?!.*--dry-run))|--view|--backend|gdbserver|policy\.npz|from_s|walk\.commands"
+PARSED = r"gaitslam (view|tune|reproduce|regress|baseline|sweep(?!.*--dry-run))|--view|--backend|gdbserver|policy\.onnx|from_s|walk\.commands"
 START = (
     f"mkdir -p start/tools && cd start && ln -s {ROOT}/tools/examples {sys.argv[1]} tools && ln -s {ROOT}/sim . && cp -rL {ROOT}/scenarios . && "
     "step='{walk: {commands: [{stand: {duration_s: 0.3}}, {straight: {forward_m: 0.15}}]}, camera: {rate_hz: 10}, slam: {}}' && "

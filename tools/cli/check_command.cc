@@ -21,6 +21,7 @@ struct CheckRequest {
 bool is_valid(const std::string& file, const scenario::Changes& changes, const fs::path& models) {
   try {
     const auto read = scenario::read_scenario(file, changes);
+    print_warnings(read);
     require_models(read, models);
     const auto checked = check_start(read, models);
     std::cout << fmt::format(
@@ -28,7 +29,7 @@ bool is_valid(const std::string& file, const scenario::Changes& changes, const f
         checked
             ? fmt::format(", a walk of {:.2f} s", static_cast<double>(checked->ticks()) * walking::kPeriod)
         : read.scenario.controller.source == programs::Source::program
-            ? "; its walking controller was not started"
+            ? "; its walking controller started and answered READY"
             : "; not checked whether the robot can walk it: built without the simulator");
     return true;
   } catch (const scenario::ConfigError& e) {
@@ -80,10 +81,11 @@ int check(CheckRequest& request) {
 }  // namespace
 
 void add_check(CLI::App& app, int& exit_code) {
-  auto [command, request] = add_command(app, exit_code, "check",
-                                        "Check scenarios: do everything that a run does before the robot "
-                                        "walks, except starting a program",
-                                        kCheckExamples, check);
+  auto [command, request] =
+      add_command(app, exit_code, "check",
+                  "Check scenarios: do everything that a run does before the robot "
+                  "walks. A walking controller is started for its READY, an estimator is not",
+                  kCheckExamples, check);
   command
       .add_option("scenarios", request.files,
                   "YAML files of scenarios or suites, and key=value changes for all of them")

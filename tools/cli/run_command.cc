@@ -124,6 +124,7 @@ int run(RunRequest& request) {
   if (!request.seeds && request.backend != "local")
     throw UsageError("--backend {}: is for several seeds, expected --seeds", request.backend);
   scenario::ReadScenario read = scenario::read_scenario(request.scenario, request.changes);
+  print_warnings(read);
   join_batch(request.batch, &read);
   require_models(read, standard_models());
   if (request.seeds) check_start(read, standard_models());  // once, so that errors name the given file

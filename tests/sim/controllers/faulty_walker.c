@@ -42,6 +42,7 @@ void* gaitslam_walker_create(const gaitslam_walk_start* start, const gaitslam_ro
   ready->plan = standing();
   ready->joint_count = is("no_joints") ? 0 : 2;
   if (is("misspelt")) strcpy(joints[1].name, "left_kne");
+  if (is("tab")) strcpy(joints[1].name, "left\tknee\x01");
   if (is("doubled")) memcpy(joints[1].name, joints[0].name, sizeof joints[1].name);
   if (is("start_beyond")) joints[0].start_rad = 9;
   if (is("other_version")) ready->version = 99;
@@ -53,10 +54,10 @@ void* gaitslam_walker_create(const gaitslam_walk_start* start, const gaitslam_ro
 }
 
 int gaitslam_walker_step(void* walker, const gaitslam_walk_sensors* sensors, const double* q,
-                         const double* dq, const double* torque, gaitslam_walk_answer* answer,
-                         gaitslam_joint_command* commands, const char** cause) {
+                         const double* dq, const double* torque, const void* rig, size_t rig_bytes,
+                         gaitslam_walk_answer* answer, gaitslam_joint_command* commands, const char** cause) {
   int i;
-  (void)walker, (void)q, (void)dq, (void)torque;
+  (void)walker, (void)q, (void)dq, (void)torque, (void)rig;
   for (i = 0; i < 2; ++i) {
     commands[i].q_rad = joints[i].start_rad;
     commands[i].kp_nm_rad = 100, commands[i].kd_nms_rad = 2;
@@ -64,6 +65,8 @@ int gaitslam_walker_step(void* walker, const gaitslam_walk_sensors* sensors, con
   answer->has_plan = is("stays");
   answer->plan = standing();
   if (sensors->vx_m_s > 0 && is("clips")) commands[0].q_rad = first.highest_rad + 1;
+  if (is("echoes") && sensors->has_place) commands[0].torque_nm = sensors->place.x_m;
+  if (is("echoes")) commands[1].torque_nm = (double)rig_bytes;
   if (++count < 3 + after) return 0;
   if (is("exit")) fprintf(stderr, "loading\nthe policy is broken\n"), exit(5);
   if (is("wrong_stamp")) answer->t_ns += 1;
@@ -80,4 +83,7 @@ int gaitslam_walker_step(void* walker, const gaitslam_walk_sensors* sensors, con
   return is("fails");
 }
 
-void gaitslam_walker_destroy(void* walker) { (void)walker; }
+void gaitslam_walker_destroy(void* walker) {
+  (void)walker;
+  if (is("late")) exit(7);
+}

@@ -86,6 +86,16 @@ TEST(PathFollower, ASteeredCommandDoesNotJumpWhereAnArcTurnsBack) {
   EXPECT_GT(most_m_s, 0.1);
 }
 
+TEST(PathFollower, ARobotThatDriftsWhileItStandsReturnsInTheNextCommand) {
+  walking::SteeringOptions steering;
+  steering.by = walking::SteeredBy::truth, steering.tolerance_m = 0.05, steering.tolerance_rad = 0.1;
+  PathFollower follower(Path({walking::Stand{1}, walking::Straight{1, 0}}, kLargest), kLargest, steering);
+  Walker walker{{{-0.5, 0.1}, 0}};
+  walker.follow(follower, true);
+  EXPECT_TRUE(follower.ended()) << follower.stopped().value_or("");
+  EXPECT_LT(walker.off(), 0.05);
+}
+
 TEST(PathFollower, StopsIfTheEstimateThatSteersIsMissing) {
   walking::SteeringOptions steering;
   steering.by = walking::SteeredBy::estimate, steering.lost_s = 2;

@@ -79,7 +79,26 @@ TEST(ProgramController, CommandsServosAtItsRateAndClipsAngles) {
   EXPECT_EQ(commands.gains->kp, Eigen::Vector2d(100, 100));
   walk(controller, 2);
   EXPECT_EQ(controller.clipped(), 2U) << "requested at ticks 0 and 2";
-  EXPECT_THAT(controller.finish(), StartsWith("gaitslam: 2 commanded angles were beyond the range"));
+  EXPECT_THAT(controller.finish(), StartsWith("gaitslam: 2 of 4 commanded angles were beyond the range"));
+}
+
+TEST(ProgramController, AnExitCodeAfterEndIsLogged) {
+  EXPECT_EQ(ProgramController(with_fault("late")).finish(), "gaitslam: after END, it ended with exit code 7\n");
+  EXPECT_EQ(ProgramController(with_fault("none")).finish(), "");
+}
+
+// The answer is the velocity, place or number of bytes that the program received, as a torque.
+TEST(ProgramController, AProgramReceivesVelocityByTheLegsPlaceAndRig) {
+  ProgramStart start = with_fault("echoes");
+  start.commands.steering.by = walking::SteeredBy::estimate;
+  ProgramController controller(start);
+  walk(controller, 6);
+  controller.steer(6, walking::PlaceEstimate{0.0175, {{0, 0}, 0}, {{3, 4}, 0.5}, Eigen::Matrix3d::Identity()});
+  controller.add_rig("12345678");
+  const Eigen::VectorXd place = walk(controller, 1).gains->torque;
+  EXPECT_NEAR(place[0], 3, 0.02) << "and half a millimeter per tick along the path";
+  EXPECT_EQ(place[1], 8);
+  EXPECT_EQ(walk(controller, 2).gains->torque[1], 0) << "each message is sent once";
 }
 
 TEST(ProgramController, ItsOwnPlanTellsWhereItIsOnThePath) {

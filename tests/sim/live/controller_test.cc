@@ -83,74 +83,50 @@ TEST_F(ControllerTest, AProgramRejectsInputOtherThanItsMessages) {
 }
 
 // A network with four hidden units: it sways with the sine of the phase and lifts each leg in its half of the
-// phase. The recurrent network rotates its two-unit state without an input. The expected outputs of LSTM and
-// GRU are from torch 1.13.1.
+// phase. It stands if the phase is 0 at a zero command.
 constexpr const char* kMakeNetwork = R"(
-import numpy as np, subprocess, sys
-joints = [f'{side}_{joint}_joint' for side in ('left', 'right')
-          for joint in ('hip_pitch', 'hip_roll', 'hip_yaw', 'knee', 'ankle_pitch', 'ankle_roll')]
+import numpy as np, onnx, sys
+from onnx import TensorProto, helper
 W0, b0, W1, b1 = np.zeros((4, 2)), np.array([0, 0, -3.5, -3.5]), np.zeros((12, 4)), np.zeros(12)
 W0[0], W0[2, 0], W0[3, 0] = (0.088, 0.048), 6, -6
 for side in (0, 1):
     for joint, share in ((0, -0.5), (3, 1), (4, -0.5)):
         W1[6 * side + joint, 2 + side] = b1[6 * side + joint] = 0.05 * share
     W1[6 * side + 1, 0], W1[6 * side + 5, 0] = 0.3, -0.3
-np.savez(sys.argv[1], joints=joints, q0=np.radians([-21.55, 0, 0, 46.65, -25.1, 0] * 2), action_scale=1.0,
-         kp=[4000, 4000, 4000, 4000, 1000, 1000] * 2, kd=[60, 60, 60, 60, 15, 15] * 2, rate_hz=50.0,
-         settle_s=2.0, largest_speeds=[0.3, 0, 0.3], stands=True, phase_s=0.6, observations=['phase'],
-         observation_scales=[1.0], W0=W0, b0=b0, W1=W1, b1=b1, activation='tanh')
-turn, amplitude = 2 * np.pi * 0.02 / 0.64, 0.75
-state = 1.2 * np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
-plain = dict(np.load(sys.argv[1]))
-gru = {'weight_ih_l0': np.zeros((6, 3)), 'weight_hh_l0': np.vstack([np.zeros((4, 2)), state]),
-       'bias_ih_l0': [40, 40, -40, -40, 0.02, 0], 'bias_hh_l0': np.zeros(6)}
-recurrent = {**plain, **gru, 'stands': False, 'observations': ['command'], 'observation_scales': [0.0], 'W0': W0 / amplitude}
-np.savez(sys.argv[2], **recurrent)
-
-sys.path.insert(0, sys.argv[3])
-import network_walker
-def weights(*shape):
-    return np.sin(1 + np.arange(np.prod(shape))).reshape(shape)
-for gates, activation, expected in ((4, 'elu', [-0.5320223790, -0.1518338052]), (3, 'elu', [-0.5964973203, -0.3505637169]),
-        (0, 'tanh', [-0.7615941560, 0.9640275801]), (0, 'relu', [0, 2]), (0, 'elu', [-0.6321205588, 2])):
-    rows, size = 2 * gates, 3 if gates else 2
-    cells = {'weight_ih_l0': weights(rows, 3), 'weight_hh_l0': weights(rows, 2),
-             'bias_ih_l0': weights(rows), 'bias_hh_l0': weights(rows) / 2} if gates else {}
-    network = network_walker.Network(network_walker.Arrays(
-        cells, W0=np.eye(2), b0=np.zeros(2), W1=np.eye(2), b1=np.zeros(2), activation=activation), size, 2)
-    outputs = [network(np.cos([t, t + 1, t + 2]) if gates else np.array([-1, 2])) for t in range(5)]
-    np.testing.assert_allclose(outputs[-1], expected, atol=1e-9)
-for name, value, message in (
-        ('kp', None, 'missing array'), ('R0', state, 'unknown array'), ('kd', [1, 2], 'has shape (2,), expected (12,)'),
-        ('q0', [np.nan] * 12, 'expected finite numbers'), ('joints', np.ones(12), 'expected text'),
-        ('weight_hh_l0', np.ones((7, 2)), 'has shape (7, 2), expected (8, 2) or (6, 2)'),
-        ('activation', 'gelu', 'unknown "gelu", expected any of tanh, relu, elu'),
-        ('observations', ['gravity'], 'unknown "gravity", expected any of command, gyro, up, q, dq, action, phase')):
-    np.savez('wrong.npz', **{key: array for key, array in {**recurrent, name: value}.items() if array is not None})
-    made = subprocess.run([sys.executable, network_walker.__file__, 'wrong.npz'], capture_output=True, text=True)
-    assert (made.returncode, made.stderr) == (2, f'wrong.npz: {name}: {message}\n'), made
+nodes = [helper.make_node('Gemm', ['obs', 'W0', 'b0'], ['x'], transB=1), helper.make_node('Tanh', ['x'], ['h']),
+         helper.make_node('Gemm', ['h', 'W1', 'b1'], ['actions'], transB=1)]
+obs, actions = (helper.make_tensor_value_info(name, TensorProto.FLOAT, [1, n]) for name, n in (('obs', 2), ('actions', 12)))
+onnx.save(helper.make_model(helper.make_graph(nodes, 'sway', [obs], [actions], [
+    onnx.numpy_helper.from_array(array, name) for name, array in (('W0', W0), ('b0', b0), ('W1', W1), ('b1', b1))])), 'sway.onnx')
+for name, rest in (('stands', 'at_rest: 0'), ('marches', '')):
+    open(f'{name}.yaml', 'w').write(f"""
+joints: {[f'{side}_{joint}_joint' for side in ('left', 'right')
+          for joint in ('hip_pitch', 'hip_roll', 'hip_yaw', 'knee', 'ankle_pitch', 'ankle_roll')]}
+step_dt: 0.02
+stands: {str(bool(rest)).lower()}
+stiffness: {[4000, 4000, 4000, 4000, 1000, 1000] * 2}
+damping: {[60, 60, 60, 60, 15, 15] * 2}
+default_joint_pos: {np.radians([-21.55, 0, 0, 46.65, -25.1, 0] * 2).tolist()}
+commands: {{base_velocity: {{ranges: {{lin_vel_x: [-0.3, 0.3], lin_vel_y: 0, ang_vel_z: [-0.3, 0.3]}}}}}}
+observations: {{gait_phase: {{params: {{period: 0.64, {rest}}}}}}}
+""")
 )";
 
-TEST_F(ControllerTest, NetworksOfTheExampleComputeLikePyTorchAndStandAndMarch) {
-  const std::string plain = (folder_ / "plain.npz").string(),
-                    recurrent = (folder_ / "recurrent.npz").string(), make = (folder_ / "make.py").string();
-  sim::files::write_text(make, kMakeNetwork);
-  ASSERT_EQ(std::system(fmt::format("cd '{}' && /usr/bin/python3 -B '{}' '{}' '{}' '{}/tools/examples'",
-                                    folder_.string(), make, plain, recurrent, GAITSLAM_SOURCE_DIR)
-                            .c_str()),
-            0);
+TEST_F(ControllerTest, APolicyOfTheExampleStandsOrMarches) {
+  sim::files::write_text(folder_ / "make.py", kMakeNetwork);
+  ASSERT_EQ(std::system(fmt::format("cd '{}' && /usr/bin/python3 make.py", folder_.string()).c_str()), 0);
   constexpr const char* kG1 =
       "world: {robot: g1, room: floor}\nwalk: {commands: [{stand: {}}]}\nlimits: {}\n";
-  const auto program = [](const std::string& network) {
+  const auto program = [this](const std::string& policy) {
     return fmt::format(
-        "walk.controller={{program: [/usr/bin/python3, \"{}/tools/examples/network_walker.py\", \"{}\"]}}",
-        GAITSLAM_SOURCE_DIR, network);
+        "walk.controller={{program: [/usr/bin/python3, \"{0}/tools/examples/network_walker.py\", "
+        "\"{1}/{2}.yaml\", "
+        "\"{1}/sway.onnx\"]}}",
+        GAITSLAM_SOURCE_DIR, folder_.string(), policy);
   };
-  for (const auto& [name, network, command, least, most] :
-       {std::tuple("stands", &plain, "{stand: {duration_s: 2}}", 0, 0),
-        {"marches", &recurrent, "{straight: {forward_m: 1}}", 5, 12}}) {
-    const auto outcome =
-        run(name, read(kG1, {program(*network), fmt::format("walk.commands=[{}]", command)}));
+  for (const auto& [name, command, least, most] : {std::tuple("stands", "{stand: {duration_s: 2}}", 0, 0),
+                                                   {"marches", "{straight: {forward_m: 1}}", 5, 12}}) {
+    const auto outcome = run(name, read(kG1, {program(name), fmt::format("walk.commands=[{}]", command)}));
     EXPECT_EQ(outcome.ending, Ending::completed) << outcome.cause;
     const sim::recording::Truth truth = sim::recording::read_truth(folder_ / name / "recording");
     const auto start = sim::recording::RecordingReader(folder_ / name / "recording").setup().X_WC_start;
@@ -168,7 +144,7 @@ TEST_F(ControllerTest, NetworksOfTheExampleComputeLikePyTorchAndStandAndMarch) {
     EXPECT_THAT(file(name, "feet.csv"), AllOf(HasSubstr(",left,support,"), Not(HasSubstr("put_down"))));
   }
   // The path waits for a robot that marches in place, but its end remains at the end of the commands.
-  const auto outcome = run("steered", read(kG1, {program(recurrent), "walk.steering.by=truth",
+  const auto outcome = run("steered", read(kG1, {program("marches"), "walk.steering.by=truth",
                                                  "walk.commands=[{straight: {forward_m: 1}}]"}));
   EXPECT_EQ(outcome.ending, Ending::stopped) << outcome.cause;
   EXPECT_NEAR(score("steered", "navigation_end_position_error_m"), 1, 0.25);

@@ -106,6 +106,11 @@ void print_view(const std::string& url) {
   (output() == Output::text ? std::cout : std::cerr) << "view at " << url << std::endl;
 }
 
+void print_warnings(const scenario::ReadScenario& read) {
+  for (const std::string& warning : read.warnings)
+    std::cerr << files::sanitize("warning: " + warning) << '\n';
+}
+
 void require_models(const scenario::ReadScenario& read, const fs::path& models) {
   std::error_code fault;
   const auto require = [&](const char* key, const physics::NameOrPath& named, const fs::path& file,

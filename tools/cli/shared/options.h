@@ -99,6 +99,8 @@ void add_view(CLI::App& command, ViewRequest& request);
 /// Prints the URL to standard output, or to standard error with --quiet or --json.
 void print_view(const std::string& url);
 
+/// Prints the warnings of a scenario to standard error.
+void print_warnings(const scenario::ReadScenario& read);
 /// Throws ConfigError "file:line: world.room: is 'kitchen', expected one of ..." for a missing robot or room.
 void require_models(const scenario::ReadScenario& read, const fs::path& models);
 
