@@ -28,6 +28,7 @@ WalkingRobot::WalkingRobot(std::unique_ptr<controllers::Controller> controller, 
              models) {
   if (!controller_->has_plan()) world_.let_feet_touch();
   controller_->held_s() > 0 ? lower(controller_->has_plan() ? nullptr : legs) : settle();
+  if (!controller_->has_plan()) controller_->start_at(walking::on_floor(world_.X_WB()));
   world_.start_clock(options.pushes);
 }
 

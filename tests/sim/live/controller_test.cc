@@ -83,8 +83,8 @@ TEST_F(ControllerTest, AProgramRejectsInputOtherThanItsMessages) {
 }
 
 // A network with four hidden units: it sways with the sine of the phase and lifts each leg in its half of the
-// phase. The recurrent network rotates its two-unit state without an input. The expected outputs of LSTM and
-// GRU are from torch 1.13.1.
+// phase. The recurrent network rotates its two-unit state without an input, and also turns its legs. The
+// expected outputs of LSTM and GRU are from torch 1.13.1.
 constexpr const char* kMakeNetwork = R"(
 import numpy as np, subprocess, sys
 joints = [f'{side}_{joint}_joint' for side in ('left', 'right')
@@ -104,7 +104,9 @@ state = 1.2 * np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(tur
 plain = dict(np.load(sys.argv[1]))
 gru = {'weight_ih_l0': np.zeros((6, 3)), 'weight_hh_l0': np.vstack([np.zeros((4, 2)), state]),
        'bias_ih_l0': [40, 40, -40, -40, 0.02, 0], 'bias_hh_l0': np.zeros(6)}
-recurrent = {**plain, **gru, 'stands': False, 'observations': ['command'], 'observation_scales': [0.0], 'W0': W0 / amplitude}
+turns = W1.copy()
+turns[2, 2] = turns[8, 3] = 0.04
+recurrent = {**plain, **gru, 'stands': False, 'observations': ['command'], 'observation_scales': [0.0], 'W0': W0 / amplitude, 'W1': turns}
 np.savez(sys.argv[2], **recurrent)
 
 sys.path.insert(0, sys.argv[3])
@@ -154,7 +156,13 @@ TEST_F(ControllerTest, NetworksOfTheExampleComputeLikePyTorchAndStandAndMarch) {
     EXPECT_EQ(outcome.ending, Ending::completed) << outcome.cause;
     const sim::recording::Truth truth = sim::recording::read_truth(folder_ / name / "recording");
     const auto start = sim::recording::RecordingReader(folder_ / name / "recording").setup().X_WC_start;
-    EXPECT_LT((start.translation() - truth.camera.front().X.translation()).norm(), 0.01) << name;
+    const Eigen::Isometry3d error = truth.camera.front().X.inverse() * start;
+    EXPECT_LT(error.translation().norm(), 0.01) << name;
+    EXPECT_LT(Eigen::AngleAxisd(error.linear()).angle(), 0.01) << name;
+    const Eigen::Isometry3d turned = truth.waist.front().X;
+    EXPECT_EQ(std::abs(std::atan2(turned(1, 0), turned(0, 0))) > 0.1, most > 0) << name;
+    EXPECT_LT((truth.waist_desired.front().X.inverse() * turned).translation().head<2>().norm(), 1e-3)
+        << name;
     int lifts = 0;  // number of lifts of the left foot
     bool was_up = false;
     for (const sim::recording::TrueFeet& feet : truth.feet) {
