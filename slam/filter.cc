@@ -3,7 +3,9 @@
 namespace slam {
 namespace {
 
-constexpr double kLongestStep_s = 10;         // a later time indicates a broken clock
+constexpr double kLongestStep_s = 10;  // a later time indicates a broken clock
+// Standard deviation at the start of a walk without a plan: legs that march add up errors of height.
+constexpr double kStartHeight_m = 0.01;
 constexpr int kFramesBetweenFullChecks = 30;  // a full check covers the whole covariance
 constexpr int kMostChecked = 600;             // parameters in a full check; its cost grows with their cube
 
@@ -61,7 +63,10 @@ const FrameReport& Filter::step(const Observation& o) {
 
 void Filter::start_without_plan() {
   internal_.leave_level();
-  kalman_.reset_robot(initial_state(X_WC_start_, with_leg_odometry(without_plan(options_))));
+  RobotState start = initial_state(X_WC_start_, with_leg_odometry(without_plan(options_)));
+  double& height = start.P(kPosition + 2, kPosition + 2);
+  height = std::max(height, kStartHeight_m * kStartHeight_m);
+  kalman_.reset_robot(start);
 }
 
 void Filter::record() {

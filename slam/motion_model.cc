@@ -152,8 +152,8 @@ Options on_any_floor(Options options) {
 
 Options without_plan(Options options) {
   Options::Start& start = options.start;
-  start.sigma_position_m = std::max(start.sigma_position_m, 0.03);
-  start.sigma_orientation_rad = std::max(start.sigma_orientation_rad, 0.02);
+  start.sigma_position_m = std::max(start.sigma_position_m, 0.003);
+  start.sigma_orientation_rad = std::max(start.sigma_orientation_rad, 0.004);
   start.sigma_velocity_m_s = std::max(start.sigma_velocity_m_s, 0.3);
   start.sigma_rate_rad_s = std::max(start.sigma_rate_rad_s, 0.3);
   return on_any_floor(options);

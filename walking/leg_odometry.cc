@@ -178,6 +178,12 @@ void LegOdometry::add(const SensorReadings& readings) {
   carrying_ = other;
 }
 
+void LegOdometry::move_to(const FootPose& waist, const JointVector& q) {
+  const Eigen::Isometry3d X = sole(waist) * sole(on_floor(motion(q).X_OB)).inverse();
+  X_OB_ = X * X_OB_;
+  X_OS_ = X * X_OS_;
+}
+
 LegOdometry::Motion LegOdometry::motion(const JointVector& q, double dt_s) const {
   if (by_points_) return turned(q, last_.gyro, dt_s);
   return {X_OS_ * X_BS(carrying_, q).inverse(), X_OS_.translation()};

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "walking/stabilizer.h"
+#include "walking/timeline.h"
 
 namespace walking {
 
@@ -45,6 +46,9 @@ class LegOdometry {
   /// Adds the readings of a tick; to be called at every tick. From then on, the sole with the greater
   /// load carries the robot.
   void add(const SensorReadings& readings);
+
+  /// Moves O on its floor so that the waist is at this place with this heading.
+  void move_to(const FootPose& waist, const JointVector& q);
 
   /// The pose of the waist, and the position of the sole that carries the robot.
   struct Motion {

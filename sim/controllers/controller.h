@@ -59,6 +59,8 @@ class Controller {
   virtual bool stands() const { return true; }
   virtual JointCommands command(const Readings& readings, bool settles) = 0;
   virtual void advance() = 0;
+  /// Called at t = 0 if there is no plan: the walk begins at this pose of the base on the floor of W.
+  virtual void start_at(const walking::FootPose&) {}
   /// Returns whether the walk continues after the ticks so far. progress(): how much of it is done, 0 to 1.
   virtual bool walks() const = 0;
   virtual double progress() const = 0;

@@ -98,6 +98,10 @@ void Path::go(std::size_t command, const walking::GoTo& goal) {
   turn_to(goal.heading_rad);
 }
 
+void Path::start_at(const FootPose& start) {
+  for (Piece& piece : pieces_) piece.start = start * piece.start;
+}
+
 const Path::Piece& Path::piece(double t_s) const {
   const auto after = std::ranges::upper_bound(pieces_, t_s, {}, &Piece::start_s);
   return after == pieces_.begin() ? pieces_.front() : *(after - 1);

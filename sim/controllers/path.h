@@ -22,6 +22,8 @@ class Path {
   double duration_s() const {
     return pieces_.empty() ? 0 : pieces_.back().start_s + pieces_.back().duration_s;
   }
+  /// Moves the path, which starts at the origin.
+  void start_at(const walking::FootPose& start);
   /// Returns the piece at that time, or the last piece after the end. There must be at least one.
   const Piece& piece(double t_s) const;
   walking::FootPose pose(double t_s) const;
@@ -41,6 +43,8 @@ class PathFollower {
  public:
   PathFollower(Path path, const Velocity& largest, const walking::SteeringOptions& steering);
 
+  /// Moves the path, which starts at the origin.
+  void start_at(const walking::FootPose& start) { path_.start_at(start); }
   /// Sets the desired and the estimated place of the base at a time; only the difference of their headings
   /// counts.
   void locate(const walking::PlaceEstimate& place);

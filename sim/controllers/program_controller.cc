@@ -85,6 +85,12 @@ void ProgramController::advance() {
   refer();
 }
 
+void ProgramController::start_at(const walking::FootPose& start) {
+  start_at_ = start;
+  if (follower_) follower_->start_at(start);
+  refer();
+}
+
 void ProgramController::steer(std::size_t, const std::optional<walking::PlaceEstimate>& newest) {
   if (!newest) return;
   located_ = *newest;
@@ -199,7 +205,7 @@ void ProgramController::refer_to_path() {
     X_PB.linear() = Eigen::AngleAxisd(on_path.yaw, Eigen::Vector3d::UnitZ()).matrix();
     return X_PB;
   };
-  const walking::FootPose here = follower_ ? follower_->desired() : walking::FootPose{};
+  const walking::FootPose here = follower_ ? follower_->desired() : start_at_;
   const Velocity v = follower_ ? follower_->velocity() : Velocity{};
   path_.now.X_PB = place(here);
   path_.next = path_.now;

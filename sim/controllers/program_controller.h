@@ -43,6 +43,7 @@ class ProgramController : public Controller {
   bool stands() const override { return ready_.words.stands == 1; }
   JointCommands command(const Readings& readings, bool settles) override;
   void advance() override;
+  void start_at(const walking::FootPose& start) override;
   bool walks() const override { return follower_ ? stopping_s_ < kStopping_s : !finished_; }
   double progress() const override;
   bool has_plan() const override { return ready_.words.has_plan == 1; }
@@ -95,6 +96,7 @@ class ProgramController : public Controller {
   std::chrono::nanoseconds effect_{0};  // when pending_ takes effect
   std::ptrdiff_t answered_ = 0;         // tick of answer_'s plan
   gaitslam_walk_plan answer_{};
+  walking::FootPose start_at_;                     // pose of the base at t = 0 without a plan
   walking::FootPose X_WP_;                         // newest estimate of the pose of the plan's world
   std::optional<walking::PlaceEstimate> located_;  // that estimate
   std::vector<walking::FootPose> on_path_;         // by tick: place of the base in the plan's world

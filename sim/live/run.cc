@@ -149,7 +149,10 @@ class SensingRobot {
                models, Eigen::Isometry3d::Identity(), &legs_),
         mounting_(live::mounting(scenario, robot_.controller(), models)),
         imus_(scenario.rig, places(scenario.rig, *models.on_floor), robot_.world()) {
-    legs_.add(robot_.world().leg_readings());
+    const walking::SensorReadings readings = robot_.world().leg_readings();
+    legs_.add(readings);
+    if (!robot_.controller().has_plan())
+      legs_.move_to(walking::on_floor(robot_.reference().X_PB), readings.q);
   }
 
   physics::WalkingRobot* operator->() { return &robot_; }
@@ -161,7 +164,8 @@ class SensingRobot {
     setup.calibration.level_floor = robot_.controller().is_level();
     return setup;
   }
-  /// The camera at t = 0 as the robot knows it: by its plan, or by its legs since it was released.
+  /// The camera at t = 0 as the robot knows it: by its plan; or, above the place where its walk begins, by
+  /// its legs since it was released.
   Eigen::Isometry3d start() const {
     if (robot_.controller().has_plan()) return robot_.reference().X_PB * mounting_.X_BC;
     const physics::World& world = robot_.world();

@@ -32,6 +32,7 @@ WalkingRobot::WalkingRobot(std::unique_ptr<controllers::Controller> controller, 
     lower(controller_->has_plan() ? nullptr : legs);
   else if (controller_->stands())
     settle();
+  if (!controller_->has_plan()) controller_->start_at(walking::on_floor(world_.X_WB()));
   world_.start_clock(options.pushes);
 }
 

@@ -15,7 +15,8 @@ class WalkingRobot {
  public:
   /// Starts in the controller's start posture, with P at X_WP; pads, bushings and servos settle before t = 0.
   /// If the controller requires it, the base is first lowered to the floor. If `legs` is given and the
-  /// controller has no plan, leg odometry follows the base after its release.
+  /// controller has no plan, leg odometry follows the base after its release. A walk without a plan begins
+  /// at the true pose of the base on the floor at t = 0.
   WalkingRobot(std::unique_ptr<controllers::Controller> controller, const WorldOptions& options,
                const PlantVariation& draw, const Models& models,
                const Eigen::Isometry3d& X_WP = Eigen::Isometry3d::Identity(),

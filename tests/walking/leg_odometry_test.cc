@@ -58,6 +58,27 @@ TEST(LegOdometry, SolesWithoutPadsTiltWithTheGyroAndStayOnALevelFloor) {
   EXPECT_NEAR(now.translation().y(), -0.02 * robot.base_height, 2e-3);
 }
 
+TEST(LegOdometry, MovesToAPlaceWithItsHeightAndTilt) {
+  const Robot robot = made_up_robot();
+  Robot with_pads = robot;
+  for (Leg& leg : with_pads.legs) leg.pad_stiffness << 1e9, 1e9;
+  for (const Robot& each : {robot, with_pads}) {
+    LegOdometry legs(each, sole({{1, 2}, 3}, each.base_height));
+    SensorReadings readings = loaded(each, 300, 0, 0);
+    legs.add(readings);
+    readings.gyro.x() = 0.02;
+    legs.add(readings);
+    const Eigen::Isometry3d before = legs.motion(readings.q).X_OB;
+    const FootPose place{{0.3, -0.2}, 1.2};
+    legs.move_to(place, readings.q);
+    const Eigen::Isometry3d now = legs.motion(readings.q).X_OB;
+    EXPECT_LT((on_floor(now).position - place.position).norm(), 1e-9);
+    EXPECT_NEAR(on_floor(now).yaw, place.yaw, 1e-9);
+    EXPECT_NEAR(now.translation().z(), before.translation().z(), 1e-9);
+    EXPECT_LT((now.linear().row(2) - before.linear().row(2)).norm(), 1e-9);
+  }
+}
+
 TEST(LegOdometry, AChestThatTurnsOnItsWaistDoesNotTurnTheWaist) {
   const Robot robot = made_up_robot();
   LegOdometry legs(robot, Eigen::Isometry3d::Identity(), Floor::any);

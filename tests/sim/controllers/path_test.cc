@@ -33,6 +33,17 @@ TEST(Path, EndsWhereItsCommandsLead) {
   }
 }
 
+TEST(Path, ContinuesFromItsStart) {
+  const FootPose start{{0.3, -0.2}, 1};
+  Path moved({walking::Straight{1, 0}, walking::TangentArc{1, pi / 2}}, kLargest), path = moved;
+  moved.start_at(start);
+  for (double t = 0; t < path.duration_s(); t += 0.1) {
+    const FootPose expected = start * path.pose(t);
+    EXPECT_LT((moved.pose(t).position - expected.position).norm(), 1e-9);
+    EXPECT_NEAR(moved.pose(t).yaw, expected.yaw, 1e-9);
+  }
+}
+
 /// A robot with the gains and biases of a learned gait: ahead, aside, turn.
 struct Walker {
   FootPose at = {};

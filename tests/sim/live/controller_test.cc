@@ -83,7 +83,7 @@ TEST_F(ControllerTest, AProgramRejectsInputOtherThanItsMessages) {
 }
 
 // A network with four hidden units: it sways with the sine of the phase and lifts each leg in its half of the
-// phase. It stands if the phase is 0 at a zero command.
+// phase. It also turns the lifted leg. It stands if the phase is 0 at a zero command.
 constexpr const char* kMakeNetwork = R"(
 import numpy as np, onnx, sys
 from onnx import TensorProto, helper
@@ -93,6 +93,7 @@ for side in (0, 1):
     for joint, share in ((0, -0.5), (3, 1), (4, -0.5)):
         W1[6 * side + joint, 2 + side] = b1[6 * side + joint] = 0.05 * share
     W1[6 * side + 1, 0], W1[6 * side + 5, 0] = 0.3, -0.3
+    W1[6 * side + 2, 2 + side] = b1[6 * side + 2] = 0.04
 nodes = [helper.make_node('Gemm', ['obs', 'W0', 'b0'], ['x'], transB=1), helper.make_node('Tanh', ['x'], ['h']),
          helper.make_node('Gemm', ['h', 'W1', 'b1'], ['actions'], transB=1)]
 obs, actions = (helper.make_tensor_value_info(name, TensorProto.FLOAT, [1, n]) for name, n in (('obs', 2), ('actions', 12)))
@@ -130,7 +131,13 @@ TEST_F(ControllerTest, APolicyOfTheExampleStandsOrMarches) {
     EXPECT_EQ(outcome.ending, Ending::completed) << outcome.cause;
     const sim::recording::Truth truth = sim::recording::read_truth(folder_ / name / "recording");
     const auto start = sim::recording::RecordingReader(folder_ / name / "recording").setup().X_WC_start;
-    EXPECT_LT((start.translation() - truth.camera.front().X.translation()).norm(), 0.01) << name;
+    const Eigen::Isometry3d error = truth.camera.front().X.inverse() * start;
+    EXPECT_LT(error.translation().norm(), 0.01) << name;
+    EXPECT_LT(Eigen::AngleAxisd(error.linear()).angle(), 0.01) << name;
+    const Eigen::Isometry3d turned = truth.waist.front().X;
+    EXPECT_EQ(std::abs(std::atan2(turned(1, 0), turned(0, 0))) > 0.1, most > 0) << name;
+    EXPECT_LT((truth.waist_desired.front().X.inverse() * turned).translation().head<2>().norm(), 1e-3)
+        << name;
     int lifts = 0;  // number of lifts of the left foot
     bool was_up = false;
     for (const sim::recording::TrueFeet& feet : truth.feet) {
