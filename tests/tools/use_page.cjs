@@ -51,6 +51,7 @@ async function useLive(browser, url) {
   const moreThan = (count) => gaitslamPage.panes[0].run.frames.length > count + 3;
   await openView(browser, url);
   await browser.when(() => gaitslamPage.panes[0].index >= 0);
+  const speed = await browser.call(() => gaitslamPage.controls.speeds.value);
   await browser.press('4', 52); // slowly: the next steps take time on a busy machine, and the walk is short
   const first = await look(browser);
   const isLater = (t) => gaitslamPage.player.t > t + 1 && gaitslamPage.scene.beliefs[0].ellipsoids.count > 5;
@@ -64,7 +65,6 @@ async function useLive(browser, url) {
   await browser.rest(300);
   await browser.when(hasModel);
   await browser.when(() => gaitslamPage.panes[0].series?.t.length > 0);
-  const speed = await browser.call(() => gaitslamPage.controls.speeds.value);
   const past = await browser.call(() => {
     const [{run, series}] = gaitslamPage.panes;
     return {frame: run.frames[0].t, value: series.t[0], steps: run.landed.length};

@@ -361,15 +361,16 @@ function worseOf(a, b) {
 /// States why one of the first two runs is worse: {text, t}, or null if they do not part.
 export function whyWorse([a, b], marks) {
   const worse = worseOf(a.series, b.series),
-    {sigma, search} = Object.fromEntries(marks.map((mark) => [mark.name, mark]));
-  if (worse === undefined || !(sigma ?? search)) return null;
+    {sigma, search, estimate} = Object.fromEntries(marks.map((mark) => [mark.name, mark]));
+  if (worse === undefined || !(sigma ?? search ?? estimate)) return null;
   const bad = [a, b][worse],
     good = [b, a][worse],
-    {t} = sigma ?? search,
+    {t} = sigma ?? search ?? estimate,
     flags = bad.run.about.moments.filter(
       ({kind, t: at}) => ['lost', 'suspect', 'fault'].includes(kind) && at <= t
     );
   const parts = [
+    !search && estimate && `the estimates differ from ${estimate.t.toFixed(2)} s`,
     search &&
       `at ${search.t.toFixed(2)} s landmark ${search.ids[worse]} was ${search.outcomes[worse]} ` +
         `(${good.name}: landmark ${search.ids[1 - worse]}, ${search.outcomes[1 - worse]})`,
