@@ -58,6 +58,7 @@ class ChildProgram {
   /// Returns and removes the program's standard output so far, at most 4 KiB.
   std::string unread();
   /// Closes the program's standard input, waits for it to exit and kills it at the time limit.
+  /// Returns whether it exited by itself.
   bool end(const TimeLimit& limit);
   /// Runs a program without messages until it exits. Throws ProgramFailed if its exit code is not 0 or it
   /// misses the time limit.

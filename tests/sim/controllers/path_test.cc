@@ -99,7 +99,7 @@ TEST(PathFollower, ASteeredCommandDoesNotJumpWhereAnArcTurnsBack) {
 
 TEST(PathFollower, ARobotThatDriftsWhileItStandsReturnsInTheNextCommand) {
   walking::SteeringOptions steering;
-  steering.by = walking::SteeredBy::truth, steering.tolerance_m = 0.05, steering.tolerance_rad = 0.1;
+  steering.tolerance_m = 0.05, steering.tolerance_rad = 0.1;
   PathFollower follower(Path({walking::Stand{1}, walking::Straight{1, 0}}, kLargest), kLargest, steering);
   Walker walker{{{-0.5, 0.1}, 0}};
   walker.follow(follower, true);

@@ -75,6 +75,27 @@ TEST_F(ControllerTest, TheBuiltInControllerWalksOntoARampUsingTheSlopeOfItsSoles
   EXPECT_FALSE(slope_reader.setup().calibration.level_floor);
 }
 
+// 8 degrees make the robot fall, and so do 3 cm.
+TEST_F(ControllerTest, AFootstepThatIsTooSteepForAControllerThatFollowsSlopesIsAnError) {
+  const auto on = [&](const std::string& geom) {
+    sim::files::write_text(folder_ / "room.xml",
+                           "<mujoco><include file='" GAITSLAM_SOURCE_DIR
+                           "/models/office.xml'/><worldbody><geom class='floor' type='box' " +
+                               geom + "/></worldbody></mujoco>");
+    const std::string scenario = fmt::format(
+        "world: {{robot: g1, room: {}/room.xml}}\nwalk: {{commands: [{{straight: {{forward_m: "
+        "1}}}}]}}\nlimits: "
+        "{{}}\n",
+        folder_.string());
+    return sim::files::error_of(
+        [&] { sim::live::check(read(scenario.c_str(), {program(", options: {slope: true}")}), kModels); });
+  };
+  EXPECT_EQ(on("size='0.5 1 0.05' pos='1 0 -0.045' euler='0 -5 0'"), "");
+  for (const char* geom :
+       {"size='0.5 1 0.05' pos='1 0 -0.02' euler='0 -8 0'", "size='0.5 1 0.015' pos='1 0 0.015'"})
+    EXPECT_THAT(on(geom), HasSubstr("expected slopes of at most 7.5 deg and edges of at most 0.02 m"));
+}
+
 TEST_F(ControllerTest, AProgramRejectsInputOtherThanItsMessages) {
   const std::string command = fmt::format("echo 'a line of more than sixteen bytes' | '{}' walker 2>'{}'",
                                           GAITSLAM_PROGRAM, (folder_ / "said").string());
@@ -99,13 +120,13 @@ nodes = [helper.make_node('Gemm', ['obs', 'W0', 'b0'], ['x'], transB=1), helper.
 obs, actions = (helper.make_tensor_value_info(name, TensorProto.FLOAT, [1, n]) for name, n in (('obs', 2), ('actions', 12)))
 onnx.save(helper.make_model(helper.make_graph(nodes, 'sway', [obs], [actions], [
     onnx.numpy_helper.from_array(array, name) for name, array in (('W0', W0), ('b0', b0), ('W1', W1), ('b1', b1))])), 'sway.onnx')
-for name, rest in (('stands', 'at_rest: 0'), ('marches', '')):
+for name, rest, gain in (('stands', 'at_rest: 0', 1), ('marches', '', 1), ('limp', '', 0.001)):
     open(f'{name}.yaml', 'w').write(f"""
 joints: {[f'{side}_{joint}_joint' for side in ('left', 'right')
           for joint in ('hip_pitch', 'hip_roll', 'hip_yaw', 'knee', 'ankle_pitch', 'ankle_roll')]}
 step_dt: 0.02
 stands: {str(bool(rest)).lower()}
-stiffness: {[4000, 4000, 4000, 4000, 1000, 1000] * 2}
+stiffness: {[gain * kp for kp in [4000, 4000, 4000, 4000, 1000, 1000] * 2]}
 damping: {[60, 60, 60, 60, 15, 15] * 2}
 default_joint_pos: {np.radians([-21.55, 0, 0, 46.65, -25.1, 0] * 2).tolist()}
 commands: {{base_velocity: {{ranges: {{lin_vel_x: [-0.3, 0.3], lin_vel_y: 0, ang_vel_z: [-0.3, 0.3]}}}}}}
@@ -150,6 +171,10 @@ TEST_F(ControllerTest, APolicyOfTheExampleStandsOrMarches) {
     EXPECT_THAT(file(name, "score.json"), HasSubstr("the walk has no plan"));
     EXPECT_THAT(file(name, "feet.csv"), AllOf(HasSubstr(",left,support,"), Not(HasSubstr("put_down"))));
   }
+  const auto limp = run("limp", read(kG1, {program("limp")}));
+  EXPECT_EQ(limp.ending, Ending::fell);
+  EXPECT_THAT(limp.cause, HasSubstr(" s of settling: the waist is"));
+  EXPECT_THAT(file("limp", "truth.tum"), testing::IsEmpty());
   // The path waits for a robot that marches in place, but its end remains at the end of the commands.
   const auto outcome = run("steered", read(kG1, {program("marches"), "walk.steering.by=truth",
                                                  "walk.commands=[{straight: {forward_m: 1}}]"}));

@@ -33,6 +33,17 @@ TEST(EstimatorTime, IsTheLatencyOfSteeringAndAddsToAGivenLatency) {
   EXPECT_EQ(read_text(to_yaml(derived.scenario)).scenario.walk.steering.latency_s, 0);
 }
 
+TEST(Scenario, PushesAfterTheEndOfReplacedCommandsAreIgnoredWithAWarning) {
+  const std::string pushed =
+      kWalk + "world: {pushes: [{push: {time_s: 0.5, impulse_ns: 1}}, {push: {time_s: 5, impulse_ns: 1}}]}\n";
+  EXPECT_THAT(complaint(pushed), HasSubstr("never happens: it starts at 5 s"));
+  const ReadScenario read = read_text(pushed, {{"walk.commands=[{stand: {duration_s: 1}}]"}, {}});
+  EXPECT_THAT(
+      read.warnings,
+      testing::ElementsAre(HasSubstr("test.yaml:2:9: world.pushes: push: never happens: it starts at 5 s")));
+  EXPECT_EQ(read.scenario.world.pushes.size(), 1U);
+}
+
 // Cases start with the line "# expect: " and the message, cut off by "..." before names of keys.
 TEST(Scenario, EachBadScenarioIsRejectedWithItsPlaceAndWhatWasExpected) {
   const std::string marker = "# expect: ",
