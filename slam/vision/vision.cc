@@ -303,16 +303,18 @@ const VisionResult& Vision::update(const cv::Mat& image, Stamp t, const std::vec
   whitened_.now.clear();
   if (inliers_.empty()) return result_;
   for (const std::size_t match : inliers_) result_.inliers.push_back(matches_.searched[match]);
-  const auto nis_of_selected = [&] {
-    whitening_.compute(stacked_.selected);
+  const auto nis = [&](const StackedMeasurement& stacked) {
+    whitening_.compute(stacked);
     return whitening_.nis();
   };
-  select_innovation(stacked_.gated, inliers_, stacked_.selected);
-  result_.gate = nis_of_selected();
-  select(stacked_.all, inliers_, stacked_.selected);
-  result_.update = nis_of_selected();
+  const bool all = inliers_.size() == stacked_.all.count();
+  if (!all) select_innovation(stacked_.gated, inliers_, stacked_.selected);
+  result_.gate = nis(all ? stacked_.gated : stacked_.selected);
+  if (!all) select(stacked_.all, inliers_, stacked_.selected);
+  const StackedMeasurement& used = all ? stacked_.all : stacked_.selected;
+  result_.update = nis(used);
   add_lagged();
-  result_.updated = kalman.update(stacked_.selected);
+  result_.updated = kalman.update(used);
   return result_;
 }
 
