@@ -6,8 +6,8 @@ namespace {
 constexpr double kLongestStep_s = 10;  // a later time indicates a broken clock
 // Standard deviation at the start of a walk without a plan: legs that march add up errors of height.
 constexpr double kStartHeight_m = 0.01;
-constexpr int kFramesBetweenFullChecks = 30;  // a full check covers the whole covariance
-constexpr int kMostChecked = 600;             // parameters in a full check; its cost grows with their cube
+constexpr int kFramesBetweenFullChecks = 150;  // a full check covers the whole covariance
+constexpr int kMostChecked = 600;              // parameters in a full check; its cost grows with their cube
 
 }  // namespace
 

@@ -108,11 +108,9 @@ constexpr std::array kSensors{
 
 bool agrees(const OptionalMeasurement& m, const Prediction& prediction, const State& state) {
   if (!m) return true;
-  RobotMatrix FP, P;
-  multiply(prediction.F, state.marginal<kRobot>(0), FP);
-  multiply_transposed(FP, prediction.F, P);
-  P += prediction.Q;
-  const Eigen::Matrix3d S = m->H_robot * P * m->H_robot.transpose() + m->R;
+  const Measurement::Small<3, kRobot> HF = m->H_robot * prediction.F;
+  const Eigen::Matrix3d S = HF * state.marginal<kRobot>(0) * HF.transpose() +
+                            m->H_robot * prediction.Q * m->H_robot.transpose() + m->R;
   return S.llt().matrixL().solve(m->innovation).squaredNorm() < kGate3;
 }
 

@@ -72,7 +72,12 @@ void Kalman::predict(const RobotVector& f, const RobotMatrix& F, const RobotMatr
   P.topLeftCorner(kRobot, kRobot) += Q;
   auto before = robot_columns_.topRows(rest);
   before = P.block(kRobot, 0, rest, kRobot);
-  multiply_transposed(before, A, P.block(kRobot, 0, rest, kRobot));
+  for (int row = 0; row < kRobot; ++row) {  // A is sparse
+    auto after_row = P.col(row).segment(kRobot, rest);
+    after_row = A(row, row) * before.col(row);
+    for (int k = 0; k < kRobot; ++k)
+      if (k != row && A(row, k) != 0) after_row += A(row, k) * before.col(k);
+  }
 }
 
 void Kalman::constrain(Measurement& m) const {

@@ -57,7 +57,9 @@ void add_bias_part(const State& state, const Measurement& m, Eigen::Ref<Eigen::M
 void add_bias_part(const State& state, const Measurement& m, Measurement::Small<3, 3>& S) {
   if (m.bias_at < 0) return;
   const auto& P = state.storage_P;
-  Measurement::Small<3, 3> cross = m.H_robot.lazyProduct(P.block<2, kRobot>(m.bias_at, 0).transpose());
+  const int robot = m.robot_columns;
+  Measurement::Small<3, 3> cross =
+      m.H_robot.leftCols(robot).lazyProduct(P.middleRows<2>(m.bias_at).leftCols(robot).transpose());
   const int count = static_cast<int>(m.H_landmark.cols());
   if (count > 0)
     cross += m.H_landmark.lazyProduct(P.middleCols<2>(m.bias_at).middleRows(m.landmark_at, count));
@@ -72,7 +74,7 @@ Eigen::Matrix<double, Eigen::Dynamic, kSystematicErrors, 0, 3, kSystematicErrors
   const auto& s = state.storage_sensitivity;
   const int count = static_cast<int>(m.H_landmark.cols());
   auto derivative = m.sensitivity;
-  derivative -= m.H_robot.lazyProduct(s.topRows<kRobot>());
+  derivative -= m.H_robot.leftCols(m.robot_columns).lazyProduct(s.topRows(m.robot_columns));
   if (count > 0) derivative -= m.H_landmark.lazyProduct(s.middleRows(m.landmark_at, count));
   if (m.bias_at >= 0) derivative -= m.bias_gain * s.middleRows<2>(m.bias_at);
   return derivative;
@@ -96,14 +98,16 @@ bool factorize(Eigen::Ref<Eigen::MatrixXd> A) {
 
 Measurement::Small<3, 3> innovation_covariance(const State& state, const Measurement& m) {
   const auto& P = state.storage_P;
-  const auto P_robot = P.topLeftCorner<kRobot, kRobot>().selfadjointView<Eigen::Lower>();
-  const Measurement::Small<3, kRobot> HP_robot = m.H_robot * P_robot;
+  const int robot = m.robot_columns;
+  const auto H_robot = m.H_robot.leftCols(robot);
+  const Measurement::Small<3, kRobot> HP_robot =
+      H_robot * P.topLeftCorner(robot, robot).selfadjointView<Eigen::Lower>();
   Measurement::Small<3, 3> S = m.R;
-  S.noalias() += HP_robot * m.H_robot.transpose();
+  S.noalias() += HP_robot * H_robot.transpose();
   add_bias_part(state, m, S);
   const int count = static_cast<int>(m.H_landmark.cols());
   if (count == 0) return S;
-  const Measurement::Small<3, 6> cross = m.H_robot * P.block(m.landmark_at, 0, count, kRobot).transpose();
+  const Measurement::Small<3, 6> cross = H_robot * P.block(m.landmark_at, 0, count, robot).transpose();
   const Measurement::Small<3, 3> both = cross * m.H_landmark.transpose();
   const Measurement::Small<3, 6> own =
       m.H_landmark * P.block(m.landmark_at, m.landmark_at, count, count).selfadjointView<Eigen::Lower>();
@@ -164,15 +168,17 @@ void stack(const State& state, const std::vector<Measurement>& measurements, Sta
     stacked.sensitivity().middleRows(stacked.first_row[i], m.rows) = innovation_sensitivity(state, m);
   }
   const int rest = state.size - kRobot;
-  multiply_transposed(state.marginal<kRobot>(0), stacked.H_robot(), stacked.PHt().topRows(kRobot));
-  multiply_transposed(state.storage_P.block(kRobot, 0, rest, kRobot), stacked.H_robot(),
-                      stacked.PHt().bottomRows(rest));
+  int robot = 0;
+  for (const Measurement& m : measurements) robot = std::max(robot, m.robot_columns);
+  const auto H_robot = stacked.H_robot().leftCols(robot);
+  multiply_transposed(state.marginal<kRobot>(0).leftCols(robot), H_robot, stacked.PHt().topRows(kRobot));
+  multiply_transposed(state.storage_P.block(kRobot, 0, rest, robot), H_robot, stacked.PHt().bottomRows(rest));
   for (std::size_t i = 0; i < measurements.size(); ++i) {
     auto columns = stacked.PHt().middleCols(stacked.first_row[i], measurements[i].rows);
     add_landmark_part(state, measurements[i], columns);
     add_bias_part(state, measurements[i], columns);
   }
-  multiply(stacked.H_robot(), stacked.PHt().topRows(kRobot), stacked.S());
+  multiply(H_robot, stacked.PHt().topRows(robot), stacked.S());
   for (std::size_t i = 0; i < measurements.size(); ++i) {
     const Measurement& m = measurements[i];
     const int count = static_cast<int>(m.H_landmark.cols());

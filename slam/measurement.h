@@ -26,6 +26,7 @@ struct Measurement {
   Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 3, 1> innovation;
   Eigen::Matrix<double, Eigen::Dynamic, kSystematicErrors, 0, 3, kSystematicErrors> sensitivity;
   Small<3, kRobot> H_robot;
+  int robot_columns = kRobot;  ///< the later columns of H_robot are zero
   int landmark_at = 0;  ///< first index of the landmark's parameters in the state, if H_landmark has columns
   Small<3, 6> H_landmark;  ///< has no columns if the measurement depends only on the robot
   int bias_at = -1;        ///< first index of the match bias (MatchBiases); -1: none

@@ -63,6 +63,9 @@ cv::Mat ImageErrors::apply(const cv::Mat& ideal, slam::Stamp t) const {
   for (const FramesDimmed& dimmed : dimmed_)
     if (dimmed.holds(t)) exposure *= dimmed.factor;
   const int weight = static_cast<int>(std::lround(kUnitWeight * std::min(exposure, 1000.0)));
+  std::array<Response, 256> responses;  // fits into the cache
+  for (int gray = 0; gray < 256; ++gray)
+    responses[static_cast<std::size_t>(gray)] = responses_[std::min((gray * weight) >> 8, 4095)];
   Random random(seed_, stream_, static_cast<std::uint64_t>(t.count()));
   cv::Mat out(image.size(), CV_8UC1);
   for (int row = 0; row < image.rows; ++row) {
@@ -71,7 +74,7 @@ cv::Mat ImageErrors::apply(const cv::Mat& ideal, slam::Stamp t) const {
     for (int column = 0; column < image.cols;) {
       std::uint64_t bits = random.bits();
       for (const int end = std::min(column + 5, image.cols); column < end; ++column, bits >>= 12) {
-        const Response& response = responses_[std::min((from[column] * weight) >> 8, 4095)];
+        const Response& response = responses[from[column]];
         const int sum = response.mean + z[bits & 4095] * response.sigma + (1 << 19);
         to[column] = static_cast<unsigned char>(std::clamp(sum >> 20, 0, 255));
       }

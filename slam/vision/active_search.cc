@@ -76,6 +76,7 @@ std::optional<Candidate> project_landmark(const Kalman& kalman, const Landmark& 
   if (!change || !(change->determinant() > 0.25 && change->determinant() < 4)) return std::nullopt;
 
   Measurement m(2);
+  m.robot_columns = kRate;  // pose, and velocity because of constrain()
   m.H_robot.middleCols(kPosition, 3) = projection->J * d.J_r;
   m.H_robot.middleCols(kOrientation, 4) = projection->J * d.J_q;
   m.H_landmark = projection->J * d.J_y;

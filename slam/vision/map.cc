@@ -24,6 +24,9 @@ constexpr Stamp kBadCorner{5'000'000'000};  // time since a young landmark was d
 constexpr double kSameDirection = 0.9976;   // cosine of 4 degrees
 // Ratio of motion to distance; swaying moves the camera less, and back again.
 constexpr double kLeastViewChange = 0.02;
+// Factor on the linearity bound of landmarks that are out of view: with it, the default is 0.1 as in Civera
+// et al. 2008. Landmarks in view would lose accuracy, and points halve the cost of an update.
+constexpr double kOutOfView = 2;
 
 bool is_line(const Landmark& landmark) { return std::holds_alternative<SemiInfiniteLine>(landmark.kind); }
 
@@ -194,14 +197,14 @@ void Map::refine_surface(std::size_t index, const cv::Mat& image, const Eigen::V
   landmarks_[index].tilt = refined_tilt(image, landmarks_[index], pixel, camera_, state);
 }
 
-void Map::convert_to_points(Kalman& kalman) {
+void Map::convert_to_points(Stamp t, Kalman& kalman) {
   if (!(options_.depth.linearity > 0)) return;
   for (Landmark& landmark : landmarks_) {
     const State& state = kalman.state();
     if (!std::holds_alternative<InverseDepth>(landmark.kind)) continue;
     const Vector6d y = state.storage_x.segment<6>(landmark.at);
     const double index = linearity_index(y, inverse_depth_sigma(state, landmark), state.position());
-    if (!(index < options_.depth.linearity)) continue;
+    if (!(index < options_.depth.linearity * (landmark.last_visible < t ? kOutOfView : 1))) continue;
     make_point(landmark, position(landmark.kind, y), position_jacobian(landmark.kind, y), kalman);
   }
 }

@@ -55,8 +55,9 @@ class Map {
   /// Improves the surface normal of a landmark that was just found at `pixel`, if the options say so.
   void refine_surface(std::size_t index, const cv::Mat& image, const Eigen::Vector2d& pixel,
                       const State& state);
-  /// Converts landmarks from inverse depth to points once their linearity index allows it.
-  void convert_to_points(Kalman& kalman);
+  /// Converts landmarks from inverse depth to points once their linearity index allows it. Landmarks that
+  /// were last in view before t may be less linear.
+  void convert_to_points(Stamp t, Kalman& kalman);
   /// Searches for the landmarks that are still lines. Lines whose depth has become precise turn into points.
   /// Lines that failed are deleted, and their ids are appended to `deleted`. The depths of all lines are
   /// appended to `lines`.

@@ -13,11 +13,11 @@ double mahalanobis_squared(const Eigen::Vector2d& nu, const Eigen::Matrix2d& S) 
   return S.llt().matrixL().solve(nu).squaredNorm();
 }
 
-/// νᵀS⁻¹ν of match j conditional on match i.
-double distance_given(const StackedMeasurement& matches, int i, int j) {
-  const Eigen::Matrix2d S_i = matches.S().block<2, 2>(2 * i, 2 * i),
-                        S_ji = matches.S().block<2, 2>(2 * j, 2 * i);
-  const Eigen::Matrix2d gain = S_i.llt().solve(S_ji.transpose()).transpose();
+/// νᵀS⁻¹ν of match j conditional on match i, whose S is S_i.
+double distance_given(const StackedMeasurement& matches, int i, const Eigen::LLT<Eigen::Matrix2d>& S_i,
+                      int j) {
+  const Eigen::Matrix2d S_ji = matches.S().block<2, 2>(2 * j, 2 * i);
+  const Eigen::Matrix2d gain = S_i.solve(S_ji.transpose()).transpose();
   const Eigen::Vector2d nu =
       matches.innovation().segment<2>(2 * j) - gain * matches.innovation().segment<2>(2 * i);
   const Eigen::Matrix2d S = matches.S().block<2, 2>(2 * j, 2 * j) - gain * S_ji.transpose();
@@ -28,11 +28,12 @@ double distance_given(const StackedMeasurement& matches, int i, int j) {
 double find_supporters(const StackedMeasurement& matches, int i, double gate,
                        std::vector<std::size_t>& supporters) {
   supporters.clear();
+  const Eigen::LLT<Eigen::Matrix2d> S_i(matches.S().block<2, 2>(2 * i, 2 * i));
   double sum = 0;
   for (int j = 0; j < static_cast<int>(matches.count()); ++j) {
     const double d = i == j ? mahalanobis_squared(matches.innovation().segment<2>(2 * i),
                                                   matches.S().block<2, 2>(2 * i, 2 * i))
-                            : distance_given(matches, i, j);
+                            : distance_given(matches, i, S_i, j);
     if (!(d < gate)) continue;
     supporters.push_back(static_cast<std::size_t>(j));
     sum += d;
@@ -303,16 +304,18 @@ const VisionResult& Vision::update(const cv::Mat& image, Stamp t, const std::vec
   whitened_.now.clear();
   if (inliers_.empty()) return result_;
   for (const std::size_t match : inliers_) result_.inliers.push_back(matches_.searched[match]);
-  const auto nis_of_selected = [&] {
-    whitening_.compute(stacked_.selected);
+  const auto nis = [&](const StackedMeasurement& stacked) {
+    whitening_.compute(stacked);
     return whitening_.nis();
   };
-  select_innovation(stacked_.gated, inliers_, stacked_.selected);
-  result_.gate = nis_of_selected();
-  select(stacked_.all, inliers_, stacked_.selected);
-  result_.update = nis_of_selected();
+  const bool all = inliers_.size() == stacked_.all.count();
+  if (!all) select_innovation(stacked_.gated, inliers_, stacked_.selected);
+  result_.gate = nis(all ? stacked_.gated : stacked_.selected);
+  if (!all) select(stacked_.all, inliers_, stacked_.selected);
+  const StackedMeasurement& used = all ? stacked_.all : stacked_.selected;
+  result_.update = nis(used);
   add_lagged();
-  result_.updated = kalman.update(stacked_.selected);
+  result_.updated = kalman.update(used);
   return result_;
 }
 

@@ -155,7 +155,7 @@ void VisualTracking::refine_landmarks(const VisualInput& in, const VisionResult&
 
 InitializationCount VisualTracking::manage_map(const VisualInput& in, const VisionResult& vision,
                                                bool may_initialize) {
-  map_.convert_to_points(in.kalman);
+  map_.convert_to_points(in.t, in.kalman);
   map_.search_lines(in.image, in.kalman, in.report.deleted, in.report.lines);
   InitializationCount initialized;
   if (may_initialize)

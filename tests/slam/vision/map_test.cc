@@ -156,11 +156,11 @@ struct Initialized {
     return all;
   }
   /// Makes the inverse depth of a landmark precise, as after many views from many places.
-  void know_depth(std::size_t i, double value) {
+  void know_depth(std::size_t i, double value, double variance = 1e-8) {
     Measurement m(1);
     m.H_landmark = Eigen::RowVectorXd::Unit(6, 5);
     m.landmark_at = map.landmarks()[i].at;
-    m.R(0, 0) = 1e-8;
+    m.R(0, 0) = variance;
     m.innovation(0) = value - parameters(i)(5);
     StackedMeasurement stacked;
     stack(kalman.state(), {m}, stacked);
@@ -315,7 +315,7 @@ TEST(Map, DeletingAndConvertingKeepTheParametersOfEveryOtherLandmark) {
   for (const std::size_t i : {1u, 3u}) b.know_depth(i, 0.25);
   const std::vector<Eigen::Vector2d> before = b.pixels();
   const auto view = predict_view(b.kalman, b.map.landmarks(), b.camera, 1);
-  b.map.convert_to_points(b.kalman);
+  b.map.convert_to_points(Stamp(0), b.kalman);
   const auto view_of_points = predict_view(b.kalman, b.map.landmarks(), b.camera, 1);
   ASSERT_EQ(view.size() + view_of_points.size(), 10u);
   for (std::size_t i = 0; i < 5; ++i) {
@@ -351,10 +351,20 @@ TEST(Map, ALandmarkIsLessCertainAfterItsViewHasChangedButNotAfterSwaying) {
   EXPECT_LT(more.norm(), 1e-15);
 }
 
+TEST(Map, LandmarksOutOfViewBecomePointsAtALargerUncertainty) {
+  Initialized b(2);
+  // The linearity index 4 σ / (ρ² d) is 0.08, between the bound in view, 0.05, and twice that bound.
+  for (const std::size_t i : {0u, 1u}) b.know_depth(i, 0.25, 0.005 * 0.005);
+  b.map.record_visible(1, 1s);
+  b.map.convert_to_points(1s, b.kalman);
+  EXPECT_TRUE(std::holds_alternative<Point>(b.map.landmarks()[0].kind));
+  EXPECT_FALSE(std::holds_alternative<Point>(b.map.landmarks()[1].kind));
+}
+
 TEST(Map, APointIsInflatedIsotropically) {
   Initialized b(1);
   b.know_depth(0, 0.5);
-  b.map.convert_to_points(b.kalman);
+  b.map.convert_to_points(Stamp(0), b.kalman);
   const Eigen::MatrixXd before = b.covariance(0);
   b.move(Eigen::Vector3d(0.2, 0, 0));
   b.map.inflate_for_view_change(0, b.kalman);
