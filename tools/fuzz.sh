@@ -23,7 +23,7 @@ done
 . "$root/tools/setup.sh"
 install_packages "$root/tools/packages.txt" "$root/tools/packages_test.txt"
 build "$preset" fuzz
-program=$root/build/$preset/tests/fuzz/fuzz
+program=$root/build/$preset/fuzz
 known=$("$program")
 targets=${*:-$known}
 for target in $targets; do

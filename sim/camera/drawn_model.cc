@@ -28,7 +28,7 @@ void append(std::vector<float>& to, const auto& vector) {
 void add_geom(DrawnPiece& piece, const mjModel& model, int geom, const Eigen::Isometry3f& X) {
   const GeomMesh mesh = geom_mesh(model, geom);
   const Paint paint = paint_of(model, geom);
-  const auto first = static_cast<std::uint32_t>(piece.positions.size() / 3);
+  const auto first = std::uint32_t(piece.positions.size() / 3);
   for (const GeomMesh::Vertex& vertex : mesh.vertices) {
     append(piece.positions, Eigen::Vector3f(X * vertex.p));
     append(piece.normals, Eigen::Vector3f(X.linear() * vertex.normal));
@@ -42,9 +42,9 @@ void add_geom(DrawnPiece& piece, const mjModel& model, int geom, const Eigen::Is
 template <class Value>
 int index_of(std::vector<Value>& list, const Value& value) {
   const auto found = std::ranges::find(list, value);
-  if (found != list.end()) return static_cast<int>(found - list.begin());
+  if (found != list.end()) return int(found - list.begin());
   list.push_back(value);
-  return static_cast<int>(list.size()) - 1;
+  return int(list.size()) - 1;
 }
 
 std::string attributes(const Eigen::Isometry3d& X) {
@@ -123,14 +123,12 @@ std::vector<float> body_poses(const mjModel& model, const mjData& data,
     const int id = mj_name2id(&model, mjOBJ_BODY, body.c_str());
     if (id < 0) throw std::invalid_argument("the model has no body " + body);
     const mjtNum *p = data.xpos + 3 * id, *q = data.xquat + 4 * id;
-    for (const mjtNum value : {p[0], p[1], p[2], q[1], q[2], q[3], q[0]})
-      poses.push_back(static_cast<float>(value));
+    for (const mjtNum value : {p[0], p[1], p[2], q[1], q[2], q[3], q[0]}) poses.push_back(float(value));
   }
   return poses;
 }
 
-PosedRobot::PosedRobot(const physics::RobotFile& robot, const std::string& room,
-                       const std::filesystem::path& models)
+PosedRobot::PosedRobot(const physics::RobotFile& robot, const std::string& room, const fs::path& models)
     : model_(physics::load_model(robot, room, models)),
       data_(data_at_rest(*model_)),
       robot_(physics::read_robot(*model_, robot)) {
@@ -164,7 +162,7 @@ std::vector<cv::Mat3b> PosedRobot::pictures(std::uint64_t seed, int largest_px) 
 
 std::vector<float> PosedRobot::poses(const walking::BodyPose& pose) {
   const Eigen::VectorXd q = physics::robot_positions(*model_, pose);
-  std::copy(q.begin(), q.end(), data_->qpos);
+  std::ranges::copy(q, data_->qpos);
   mj_kinematics(model_.get(), data_.get());
   return body_poses(*model_, *data_, bodies_);
 }

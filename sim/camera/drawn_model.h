@@ -30,7 +30,7 @@ std::vector<float> body_poses(const mjModel_& model, const mjData_& data,
 class PosedRobot {
  public:
   /// Throws std::runtime_error if a model does not load.
-  PosedRobot(const physics::RobotFile& robot, const std::string& room, const std::filesystem::path& models);
+  PosedRobot(const physics::RobotFile& robot, const std::string& room, const fs::path& models);
 
   const mjModel_& model() const { return *model_; }
   const walking::Robot& robot() const { return robot_; }

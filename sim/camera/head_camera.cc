@@ -65,7 +65,7 @@ void RecentMotion::add(std::chrono::nanoseconds t, const mjModel& model, const m
 }
 
 Eigen::VectorXd RecentMotion::at(double t_s, const mjModel& model) const {
-  const auto after = std::find_if(poses_.begin(), poses_.end(), [&](const Pose& p) { return p.t_s >= t_s; });
+  const auto after = std::ranges::find_if(poses_, [&](const Pose& p) { return p.t_s >= t_s; });
   if (after == poses_.end()) return poses_.back().q;
   if (after == poses_.begin() || after->t_s == t_s) return after->q;
   const Pose& before = *std::prev(after);

@@ -63,8 +63,8 @@ Pinhole covering(const slam::CameraIntrinsics& camera, const cv::Range& columns)
   const Eigen::Vector2d margin = Eigen::Vector2d::Constant((kMargin + 0.5) / view.focal_px);
   const Eigen::Vector2d low = seen.min() - margin, size_px = (seen.max() + margin - low) * view.focal_px;
   view.left = low.x(), view.top = low.y();
-  view.width_px = static_cast<int>(std::ceil(size_px.x()));
-  view.height_px = static_cast<int>(std::ceil(size_px.y()));
+  view.width_px = int(std::ceil(size_px.x()));
+  view.height_px = int(std::ceil(size_px.y()));
   return view;
 }
 

@@ -118,10 +118,10 @@ std::vector<Scene::Seen> Scene::seen_by(const Pinhole& view, const Eigen::Isomet
     const auto reach = [&](const Eigen::Vector3f& axis_V) {
       return axis_V.dot(X_VG.translation()) + (X_VG.linear().transpose() * axis_V).cwiseAbs().dot(piece.half);
     };
-    if (std::all_of(sides.begin(), sides.end(), [&](const auto& side) { return reach(side) > 0; }))
+    if (std::ranges::all_of(sides, [&](const auto& side) { return reach(side) > 0; }))
       seen.push_back({&piece, reach(Eigen::Vector3f::UnitZ())});
   }
-  std::stable_sort(seen.begin(), seen.end(), [](const Seen& a, const Seen& b) { return a.depth < b.depth; });
+  std::ranges::stable_sort(seen, [](const Seen& a, const Seen& b) { return a.depth < b.depth; });
   return seen;
 }
 

@@ -27,7 +27,7 @@ slam::Calibration with_depth(const Start& start) {
   if (start.options.depth.first_sight != slam::FirstSight::measured_depth) return calibration;
   for (std::size_t i = 0; i < start.rig.size(); ++i)
     if (start.rig[i].kind == rig::Kind::depth && start.rig[i].aligned_with == rig::kHeadCamera)
-      calibration.depth = {static_cast<int>(i), rig::inverse_depth_sigma(start.rig[i])};
+      calibration.depth = {int(i), rig::inverse_depth_sigma(start.rig[i])};
   if (!calibration.depth)
     throw std::invalid_argument(
         "slam.depth.first_sight: measured_depth needs a depth camera that is aligned with cam0");
@@ -80,7 +80,7 @@ class CheckedEstimator : public Estimator {
     if (answer.estimate) last_ = answer.estimate->t;
     if (answer.map) map_ = *answer.map;
     answer.report.t = observation.t;
-    answer.report.landmarks = static_cast<int>(map_.size());
+    answer.report.landmarks = int(map_.size());
     return answer;
   }
   std::vector<slam::MapPoint> map() const override { return map_; }

@@ -14,26 +14,25 @@ static_assert(std::endian::native == std::endian::little, "structures in memory 
 static_assert(sizeof(slam::LidarPoint) == sizeof(gaitslam_point) &&
               offsetof(slam::LidarPoint, intensity) == offsetof(gaitslam_point, intensity) &&
               offsetof(slam::LidarPoint, offset_ns) == offsetof(gaitslam_point, offset_ns));
-static_assert(GAITSLAM_CAMERA_GRAY == static_cast<int>(rig::Kind::gray) &&
-              GAITSLAM_CAMERA_COLOR == static_cast<int>(rig::Kind::color) &&
-              GAITSLAM_CAMERA_DEPTH == static_cast<int>(rig::Kind::depth));
+static_assert(GAITSLAM_CAMERA_GRAY == int(rig::Kind::gray) &&
+              GAITSLAM_CAMERA_COLOR == int(rig::Kind::color) &&
+              GAITSLAM_CAMERA_DEPTH == int(rig::Kind::depth));
 static_assert(slam::Lens(slam::RadialTangential()).index() == GAITSLAM_LENS_RADIAL_TANGENTIAL &&
               slam::Lens(slam::Equidistant()).index() == GAITSLAM_LENS_EQUIDISTANT);
-static_assert(GAITSLAM_SUPPORT_LEFT == static_cast<int>(slam::Support::left) &&
-              GAITSLAM_SUPPORT_RIGHT == static_cast<int>(slam::Support::right));
-static_assert(GAITSLAM_LOST == static_cast<int>(slam::Health::lost) &&
-              GAITSLAM_DIVERGED == static_cast<int>(slam::Health::diverged));
+static_assert(GAITSLAM_SUPPORT_LEFT == int(slam::Support::left) &&
+              GAITSLAM_SUPPORT_RIGHT == int(slam::Support::right));
+static_assert(GAITSLAM_LOST == int(slam::Health::lost) && GAITSLAM_DIVERGED == int(slam::Health::diverged));
 
 static_assert(sizeof(programs::Header) == sizeof(gaitslam_header) &&
               offsetof(programs::Header, bytes) == offsetof(gaitslam_header, bytes) &&
-              static_cast<int>(programs::Message::end) == GAITSLAM_MESSAGE_END);
+              int(programs::Message::end) == GAITSLAM_MESSAGE_END);
 
 using programs::bytes_of, programs::message, programs::pop, programs::flag, programs::InvalidMessage;
 using programs::copy, programs::isometry_of, programs::kHeaderBytes, programs::Message, programs::RowMajor3d;
 
 using RowMajor6d = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>;
 
-std::uint32_t word(auto number) { return static_cast<std::uint32_t>(number); }
+std::uint32_t word(auto number) { return std::uint32_t(number); }
 
 gaitslam_pose pose_of(const Eigen::Isometry3d& X) { return programs::pose_of<gaitslam_pose>(X); }
 
@@ -110,7 +109,7 @@ rig::Kind list_of(const rig::RigSensor& sensor) {
 
 /// The number of a sensor of the rig in its list. The head's camera and the chest's IMU are number 0.
 std::uint32_t number_of(const std::vector<rig::RigSensor>& rig, int sensor) {
-  const rig::Kind list = list_of(rig.at(static_cast<std::size_t>(sensor)));
+  const rig::Kind list = list_of(rig.at(std::size_t(sensor)));
   const auto before = std::count_if(rig.begin(), rig.begin() + sensor,
                                     [&](const rig::RigSensor& other) { return list_of(other) == list; });
   return word(before) + (list == rig::Kind::lidar ? 0 : 1);
@@ -175,7 +174,7 @@ RigLists rig_lists(const std::vector<slam::RigReading>& readings, const std::vec
   RigLists lists;
   for (const slam::RigReading& reading : readings) {
     const std::uint32_t number = number_of(rig, reading.sensor);
-    const rig::RigSensor& sensor = rig[static_cast<std::size_t>(reading.sensor)];
+    const rig::RigSensor& sensor = rig[std::size_t(reading.sensor)];
     if (sensor.kind == rig::Kind::imu) {
       gaitslam_imu_reading& words = lists.imu_readings.emplace_back();
       words.imu = number;
@@ -219,7 +218,7 @@ std::vector<slam::MapPoint> pop_map(std::string_view& bytes, std::uint32_t landm
   std::vector<slam::MapPoint> map(landmarks);
   for (slam::MapPoint& point : map) {
     const auto landmark = pop<gaitslam_landmark>(bytes, "landmark");
-    point.id = static_cast<int>(landmark.id);
+    point.id = int(landmark.id);
     point.kind = "point";
     point.p_W = Eigen::Map<const Eigen::Vector3d>(landmark.p_W_m);
     if (flag(landmark.has_covariance, "landmark's has_covariance"))
@@ -256,8 +255,8 @@ std::string start_message(const programs::Choice& choice, const Start& start) {
     if (sensor.kind == rig::Kind::lidar) lidars.push_back(lidar_of(sensor));
     if (!rig::is_camera(sensor)) continue;
     cameras.push_back(camera_of(sensor));
-    const int partner = sensor.kind == rig::Kind::depth ? rig::partner(start.rig, sensor)
-                                                        : static_cast<int>(&sensor - start.rig.data());
+    const int partner =
+        sensor.kind == rig::Kind::depth ? rig::partner(start.rig, sensor) : int(&sensor - start.rig.data());
     cameras.back().aligned_with = partner < 0 ? 0 : number_of(start.rig, partner);
   }
   const std::vector<gaitslam_body_sensor> body = body_sensors_of(start);

@@ -1,7 +1,7 @@
 // The EuRoC/ASL layout.
 #include <iterator>
 
-#include "sim/export/export_text.h"
+#include "sim/export/export_context.h"
 #include "sim/recording/image_file.h"
 
 namespace sim::exports {

@@ -1,5 +1,9 @@
 #include "sim/export/export_context.h"
 
+#include "sim/files/text.h"
+
+GAITSLAM_EMBED(gaitslam_export_texts, GAITSLAM_EXPORT_TEXTS)
+
 namespace sim::exports {
 namespace {
 
@@ -18,8 +22,8 @@ constexpr Format kFormats[]{{"euroc", export_euroc},
 
 // Writes a pixel with 8 bits per channel; `at` lies inside the image.
 void bilinear(const cv::Mat& image, const Eigen::Vector2d& at, unsigned char* pixel) {
-  const int left = std::min(static_cast<int>(at.x()), image.cols - 2),
-            top = std::min(static_cast<int>(at.y()), image.rows - 2), n = image.channels();
+  const int left = std::min(int(at.x()), image.cols - 2), top = std::min(int(at.y()), image.rows - 2),
+            n = image.channels();
   const double a = at.x() - left, b = at.y() - top;
   const unsigned char *upper = image.ptr(top, left), *lower = image.ptr(top + 1, left);
   for (int i = 0; i < n; ++i)
@@ -46,7 +50,7 @@ cv::Mat1w filled(const cv::Mat1w& depth_mm) {
         if (full(v, u) > 0 || before.x < 0 || before.y < 0 || after.x >= full.cols || after.y >= full.rows)
           continue;
         const int a = depth_mm(before), b = depth_mm(after);
-        if (is_same_surface(a, b)) full(v, u) = static_cast<std::uint16_t>((a + b) / 2);
+        if (is_same_surface(a, b)) full(v, u) = std::uint16_t((a + b) / 2);
       }
   return full;
 }
@@ -65,6 +69,11 @@ void export_run(const ExportedRun& run, const std::string& format, const fs::pat
   files::AtomicFolder durable(folder);
   found->write(ExportContext(run, durable.path(), run.undistort || !found->knows_lenses, found->passes));
   durable.commit();
+}
+
+std::string text_of(std::string_view name) {
+  if (const auto found = files::titled_lines(gaitslam_export_texts(), name)) return *found;
+  throw std::logic_error(fmt::format("no text is named {}", name));
 }
 
 ExportContext::ExportContext(const ExportedRun& run_, const fs::path& folder_, bool undistort, int passes)
@@ -136,7 +145,7 @@ std::optional<ExportedFrame> Frames::next() {
   head.sensor = out_.head(), head.t = observation->t, head.image = std::move(observation->image);
   observation->rig.insert(observation->rig.begin(), std::move(head));
   for (slam::RigReading& reading : observation->rig) {
-    const auto index = static_cast<std::size_t>(reading.sensor);
+    const auto index = std::size_t(reading.sensor);
     if (out_.sensor(reading.sensor).kind == rig::Kind::imu)
       reading.t = reading.begin + (reading.t - reading.begin) / 2;
     else if (rig::is_camera(out_.sensors[index]) && reading.image.empty())
@@ -152,11 +161,10 @@ std::string ExportContext::cameras_text(const std::vector<int>& cameras) const {
   std::string text = undistort_ ? text_of("lens_pinhole.md") : "";
   bool fits = false;
   for (const int i : cameras) {
-    const auto& [camera, rms_px, largest_px] = cameras_.at(static_cast<std::size_t>(i))->fitted;
-    text +=
-        fmt::format("- `{}`, {}: {} x {} px, focal lengths {} and {} px, principal point ({}, {}), ",
-                    sensor(i).name, rig::kKinds[static_cast<std::size_t>(sensor(i).kind)], camera.width_px,
-                    camera.height_px, camera.fu_px, camera.fv_px, camera.u0_px, camera.v0_px);
+    const auto& [camera, rms_px, largest_px] = cameras_.at(std::size_t(i))->fitted;
+    text += fmt::format("- `{}`, {}: {} x {} px, focal lengths {} and {} px, principal point ({}, {}), ",
+                        sensor(i).name, rig::kKinds[std::size_t(sensor(i).kind)], camera.width_px,
+                        camera.height_px, camera.fu_px, camera.fv_px, camera.u0_px, camera.v0_px);
     fits = fits || equidistant_lens(camera);
     text +=
         equidistant_lens(camera)
@@ -201,7 +209,7 @@ Undistortion::Undistortion(const slam::CameraIntrinsics& camera) : pinhole_(came
   const int pixels = camera.width_px * camera.height_px;
   pinhole_.lens = slam::RadialTangential{};
   pinhole_.fu_px = 0;
-  while (from_.size() < static_cast<std::size_t>(pixels)) {
+  while (from_.size() < std::size_t(pixels)) {
     pinhole_.fv_px = ++pinhole_.fu_px;
     if (pinhole_.fu_px > 1e5) throw std::logic_error("no pinhole looks through this lens");
     from_.clear();
@@ -220,8 +228,8 @@ cv::Mat Undistortion::operator()(const cv::Mat& image) const {
   for (int row = 0; row < image.rows; ++row)
     for (int column = 0; column < image.cols; ++column, ++from)
       if (image.depth() == CV_16U)
-        straight.at<std::uint16_t>(row, column) = image.at<std::uint16_t>(
-            static_cast<int>(std::lround(from->y())), static_cast<int>(std::lround(from->x())));
+        straight.at<std::uint16_t>(row, column) =
+            image.at<std::uint16_t>(int(std::lround(from->y())), int(std::lround(from->x())));
       else
         bilinear(image, *from, straight.ptr(row, column));
   return straight;
@@ -262,14 +270,14 @@ cv::Mat1w DepthRegistration::operator()(const cv::Mat1w& depth_mm) const {
     const double z_mm = std::round(1e3 * moved(sight->center).z());
     if (!first || !last || z_mm < 1 || z_mm > 65535) continue;
     const auto range = [](double from, double to, int size) {
-      return cv::Range(static_cast<int>(std::clamp<double>(std::ceil(from), 0, size)),
-                       static_cast<int>(std::clamp<double>(std::ceil(to), 0, size)));
+      return cv::Range(int(std::clamp<double>(std::ceil(from), 0, size)),
+                       int(std::clamp<double>(std::ceil(to), 0, size)));
     };
     const cv::Range rows = range(first->pixel.y(), last->pixel.y(), size_.height),
                     columns = range(first->pixel.x(), last->pixel.x(), size_.width);
     for (int v = rows.start; v < rows.end; ++v)
       for (int u = columns.start; u < columns.end; ++u)
-        if (nearest(v, u) == 0 || z_mm < nearest(v, u)) nearest(v, u) = static_cast<std::uint16_t>(z_mm);
+        if (nearest(v, u) == 0 || z_mm < nearest(v, u)) nearest(v, u) = std::uint16_t(z_mm);
   }
   return filled(nearest);
 }

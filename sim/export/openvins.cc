@@ -1,7 +1,7 @@
 // A bag and the EuRoC/ASL layout, with settings and calibrations for OpenVINS.
 #include <numeric>
 
-#include "sim/export/export_text.h"
+#include "sim/export/export_context.h"
 
 namespace sim::exports {
 namespace {
@@ -20,7 +20,7 @@ std::string camera_chain(const ExportContext& out) {
     const auto k = lens.value_or(std::array<double, 4>{});
     std::vector<std::size_t> others(eyes.size());
     std::iota(others.begin(), others.end(), 0u);
-    others.erase(others.begin() + static_cast<std::ptrdiff_t>(i));
+    others.erase(others.begin() + std::ptrdiff_t(i));
     const std::string from_previous =
         i == 0
             ? ""
@@ -51,7 +51,7 @@ std::string imu_chain(const ExportContext& out) {
 // have this many.
 int initial_features(const slam::CameraIntrinsics& camera) {
   constexpr double kPixels = 320 * 240, kFewest = 25, kMost = 50;
-  return static_cast<int>(std::clamp(kFewest * camera.width_px * camera.height_px / kPixels, kFewest, kMost));
+  return int(std::clamp(kFewest * camera.width_px * camera.height_px / kPixels, kFewest, kMost));
 }
 
 // For its start, OpenVINS picks `poses` images (at most 6) that are at least window/(poses + 1) apart. It
@@ -78,7 +78,7 @@ TrackedImages tracked_images(const slam::CameraIntrinsics& camera, double rate_h
                turn = std::max(1e-3, percentile(motion.turns_rad_s, kFastTurns)),
                wanted = speed > 0 ? kWindow_m / (kIntervals * speed) * rate_hz : 1,
                most = std::max(1.0, kStep * camera.width_px / (camera.fu_px * turn) * rate_hz);
-  const int every = static_cast<int>(std::lround(std::clamp(wanted, 1.0, most)));
+  const int every = int(std::lround(std::clamp(wanted, 1.0, most)));
   return {every, rate_hz / (every - 0.5)};
 }
 

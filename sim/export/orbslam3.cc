@@ -1,5 +1,5 @@
 // The EuRoC/ASL layout with settings for ORB-SLAM3. The TUM RGB-D layout uses them too.
-#include "sim/export/export_text.h"
+#include "sim/export/export_context.h"
 
 namespace sim::exports {
 namespace {

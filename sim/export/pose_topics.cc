@@ -88,8 +88,7 @@ void PoseTopics::add_viewer_topics(const ExportContext& out) {
   if (out.run.with_truth && fs::exists(maps))  // once a second, a row per landmark: stamp, id, position
     for (files::CsvReader rows(maps); rows.next();) {
       const Eigen::Vector3f p = rows.vector(2).cast<float>();
-      maps_[slam::Stamp(rows.integer(0))].push_back(
-          {p.x(), p.y(), p.z(), static_cast<std::uint32_t>(rows.integer(1))});
+      maps_[slam::Stamp(rows.integer(0))].push_back({p.x(), p.y(), p.z(), std::uint32_t(rows.integer(1))});
     }
   if (!maps_.empty()) topics_.map = bag_.add_topic("/slam/map", ros::kPointCloud);
   joints_.emplace(out.run.result / "recording", "encoders0");

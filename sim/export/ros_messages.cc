@@ -35,11 +35,11 @@ class Cdr {
     return *this;
   }
   Cdr& text(const std::string& t) {
-    number(static_cast<std::uint32_t>(t.size() + 1)).bytes_.append(t.c_str(), t.size() + 1);
+    number(std::uint32_t(t.size() + 1)).bytes_.append(t.c_str(), t.size() + 1);
     return *this;
   }
   Cdr& raw(const unsigned char* data, std::size_t size) {
-    number(static_cast<std::uint32_t>(size)).bytes_.append(reinterpret_cast<const char*>(data), size);
+    number(std::uint32_t(size)).bytes_.append(reinterpret_cast<const char*>(data), size);
     return *this;
   }
   template <typename List>
@@ -49,9 +49,7 @@ class Cdr {
   }
   Cdr& header(slam::Stamp t, const std::string& frame) {
     const std::int64_t ns = recording::file_stamp(t);
-    return number(static_cast<std::int32_t>(ns / 1'000'000'000))
-        .number(static_cast<std::uint32_t>(ns % 1'000'000'000))
-        .text(frame);
+    return number(std::int32_t(ns / 1'000'000'000)).number(std::uint32_t(ns % 1'000'000'000)).text(frame);
   }
   Cdr& pose(const Eigen::Isometry3d& X) {
     Eigen::Quaterniond q(X.linear());
@@ -76,10 +74,10 @@ constexpr std::uint8_t kUint8 = 2, kUint32 = 6, kFloat32 = 7;
 template <class Point>
 std::string cloud(slam::Stamp t, const std::string& frame, const std::vector<CloudField>& fields,
                   const std::vector<Point>& points) {
-  constexpr auto step = static_cast<std::uint32_t>(sizeof(Point));
-  const auto count = static_cast<std::uint32_t>(points.size());
+  constexpr auto step = std::uint32_t(sizeof(Point));
+  const auto count = std::uint32_t(points.size());
   Cdr cdr;
-  cdr.header(t, frame).number(1u).number(count).number(static_cast<std::uint32_t>(fields.size()));
+  cdr.header(t, frame).number(1u).number(count).number(std::uint32_t(fields.size()));
   for (std::uint32_t offset = 0; const auto& [name, datatype] : fields)
     cdr.text(name).number(std::exchange(offset, offset + 4)).number(datatype).number(1u);
   cdr.number(std::uint8_t{0}).number(step).number(step * count);
@@ -107,13 +105,13 @@ std::string compressed_image(slam::Stamp t, const std::string& frame, std::strin
 
 std::string image(slam::Stamp t, const std::string& frame, const cv::Mat& image) {
   const cv::Mat whole = image.isContinuous() ? image : image.clone();
-  const std::size_t row = whole.elemSize() * static_cast<std::size_t>(whole.cols);
+  const std::size_t row = whole.elemSize() * std::size_t(whole.cols);
   Cdr cdr;
-  cdr.header(t, frame).number(static_cast<std::uint32_t>(whole.rows));
-  cdr.number(static_cast<std::uint32_t>(whole.cols));
+  cdr.header(t, frame).number(std::uint32_t(whole.rows));
+  cdr.number(std::uint32_t(whole.cols));
   cdr.text(whole.type() == CV_16UC1 ? "16UC1" : whole.type() == CV_8UC3 ? "rgb8" : "mono8");
-  cdr.number(std::uint8_t{0}).number(static_cast<std::uint32_t>(row));
-  return cdr.raw(whole.data, row * static_cast<std::size_t>(whole.rows)).bytes();
+  cdr.number(std::uint8_t{0}).number(std::uint32_t(row));
+  return cdr.raw(whole.data, row * std::size_t(whole.rows)).bytes();
 }
 
 std::string imu(const ExportedReading& reading, const std::string& frame, double gyro_variance,
@@ -137,9 +135,9 @@ std::string camera_info(slam::Stamp t, const std::string& frame, const slam::Cam
   const std::array<double, 9> K{fu, 0, u0, 0, fv, v0, 0, 0, 1};
   const std::array<double, 12> P{fu, 0, u0, -fu * right_m, 0, fv, v0, 0, 0, 0, 1, 0};
   Cdr cdr;
-  cdr.header(t, frame).number(static_cast<std::uint32_t>(camera.height_px));
-  cdr.number(static_cast<std::uint32_t>(camera.width_px)).text(lens ? "equidistant" : "plumb_bob");
-  cdr.number(static_cast<std::uint32_t>(d.size())).numbers(d).numbers(K).numbers(diagonal(1)).numbers(P);
+  cdr.header(t, frame).number(std::uint32_t(camera.height_px));
+  cdr.number(std::uint32_t(camera.width_px)).text(lens ? "equidistant" : "plumb_bob");
+  cdr.number(std::uint32_t(d.size())).numbers(d).numbers(K).numbers(diagonal(1)).numbers(P);
   for (int zero = 0; zero < 6; ++zero) cdr.number(0u);  // binning, region of interest
   return cdr.number(std::uint8_t{0}).bytes();
 }
@@ -162,14 +160,14 @@ std::string string(const std::string& text) { return Cdr{}.text(text).bytes(); }
 
 std::string transforms(const std::vector<Transform>& all) {
   Cdr cdr;
-  cdr.number(static_cast<std::uint32_t>(all.size()));
+  cdr.number(std::uint32_t(all.size()));
   for (const Transform& each : all) cdr.header(each.t, each.parent).text(each.child).pose(each.X);
   return cdr.bytes();
 }
 
 std::string path(slam::Stamp t, const std::string& frame, std::span<const files::TumRow> poses) {
   Cdr cdr;
-  cdr.header(t, frame).number(static_cast<std::uint32_t>(poses.size()));
+  cdr.header(t, frame).number(std::uint32_t(poses.size()));
   for (const files::TumRow& pose : poses) cdr.header(pose.t, frame).pose(pose.X);
   return cdr.bytes();
 }
@@ -188,7 +186,7 @@ std::string point_cloud(slam::Stamp t, const std::string& frame, const std::vect
   for (const slam::LidarPoint& point : points) {
     const double elevation = std::atan2(point.z_m, std::hypot(point.x_m, point.y_m));
     const double row = kRings * (elevation - lowest_rad) / (highest_rad - lowest_rad);
-    records.push_back({point, static_cast<std::uint32_t>(std::clamp(row, 0.0, kRings - 1.0))});
+    records.push_back({point, std::uint32_t(std::clamp(row, 0.0, kRings - 1.0))});
   }
   return cloud(t, frame,
                {{"x", kFloat32},
@@ -203,9 +201,9 @@ std::string point_cloud(slam::Stamp t, const std::string& frame, const std::vect
 std::string joint_state(slam::Stamp t, const std::vector<std::string>& names,
                         const std::vector<double>& positions) {
   Cdr cdr;
-  cdr.header(t, "").number(static_cast<std::uint32_t>(names.size()));
+  cdr.header(t, "").number(std::uint32_t(names.size()));
   for (const std::string& name : names) cdr.text(name);
-  cdr.number(static_cast<std::uint32_t>(positions.size())).numbers(positions);
+  cdr.number(std::uint32_t(positions.size())).numbers(positions);
   return cdr.number(0u).number(0u).bytes();  // no velocities, no efforts
 }
 

@@ -4,9 +4,14 @@
 #include <span>
 
 #include "sim/export/export_context.h"
-#include "sim/export/mcap_writer.h"
 
 namespace sim::exports {
+
+/// The type of a channel's messages: the name of its schema, and its definition in ROS 2's interface
+/// language.
+struct MessageType {
+  std::string name, definition;
+};
 
 namespace ros {
 

@@ -1,6 +1,6 @@
 // The TUM RGB-D layout.
 
-#include "sim/export/export_text.h"
+#include "sim/export/export_context.h"
 #include "sim/recording/image_file.h"
 
 namespace sim::exports {
@@ -84,7 +84,7 @@ void export_tum(const ExportContext& out) {
         add("rgb", reading.t, reading.image, images, with_image);
       else if (reading.sensor == cameras.depth) {
         const cv::Mat depth = cameras.registered(reading.image);
-        measured += static_cast<double>(cv::countNonZero(depth)) / static_cast<double>(depth.total());
+        measured += double(cv::countNonZero(depth)) / double(depth.total());
         add("depth", reading.t, depth, depths, with_depth);
       }
   }
@@ -115,7 +115,7 @@ void export_tum(const ExportContext& out) {
     of_depth = filled_text(
         "tum_depth.md", out.sensor(*cameras.depth).name,
         cameras.registration ? "registered to the images of `rgb/`" : "measured at the pixels of `rgb/`",
-        100 * measured / std::max<double>(1, static_cast<double>(with_depth.size())));
+        100 * measured / std::max<double>(1, double(with_depth.size())));
   out.write_readme({"tum.md"}, {cameras.rgb}, of_depth);
 }
 

@@ -129,7 +129,7 @@ void write_all(int fd, const fs::path& file, std::string_view bytes) {
     const ssize_t n = ::write(fd, bytes.data(), bytes.size());
     if (n < 0 && errno == EINTR) continue;
     if (n < 0) fail_by_errno(file, "cannot be written");
-    bytes.remove_prefix(static_cast<std::size_t>(n));
+    bytes.remove_prefix(std::size_t(n));
   }
 }
 

@@ -51,8 +51,8 @@ bool CsvReader::read_line() {
 }
 
 double CsvReader::part() const {
-  const auto size = static_cast<double>(input_.size());
-  return size == 0 ? 0 : std::min(1.0, static_cast<double>(read_) / size);
+  const auto size = double(input_.size());
+  return size == 0 ? 0 : std::min(1.0, double(read_) / size);
 }
 
 void CsvReader::split() {
@@ -117,7 +117,7 @@ Eigen::Isometry3d Row::pose(std::size_t first) const {
   Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
   X.translation() = vector(first);
   for (int row = 0; row < 3; ++row)
-    X.linear().row(row) = vector(first + 3 + 3 * static_cast<std::size_t>(row)).transpose();
+    X.linear().row(row) = vector(first + 3 + 3 * std::size_t(row)).transpose();
   const Eigen::Matrix3d residual = X.linear() * X.linear().transpose() - Eigen::Matrix3d::Identity();
   if (residual.norm() > 1e-9 || X.linear().determinant() < 0)
     fail(first + 3, "these nine numbers are not a rotation matrix");

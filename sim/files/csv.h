@@ -24,7 +24,7 @@ class Row {
   /// Throws FileError at a field. why: a format string and its arguments.
   template <typename... T>
   [[noreturn]] void fail(std::size_t field, fmt::format_string<T...> why, T&&... values) const {
-    throw FileError(*file_, line_number_, static_cast<std::size_t>(fields_.at(field).data() - begin_) + 1,
+    throw FileError(*file_, line_number_, std::size_t(fields_.at(field).data() - begin_) + 1,
                     fmt::format(why, std::forward<T>(values)...));
   }
   /// Throws FileError at the line.

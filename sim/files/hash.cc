@@ -35,7 +35,7 @@ HashedFile::HashedFile(const fs::path& file) : file_(file), out_(file, std::ios:
 }
 
 void HashedFile::write(std::string_view bytes) {
-  out_.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  out_.write(bytes.data(), std::streamsize(bytes.size()));
   if (!out_) fail_by_errno(file_, "cannot be written");
   hash_.add(bytes);
 }

@@ -37,7 +37,7 @@ Json::Json(const fs::path& file, std::string_view text) {
     document->root = ordered_json::parse(text, limit_depth);
   } catch (const ordered_json::parse_error& error) {
     const std::string_view before = text.substr(0, std::max<std::size_t>(error.byte, 1) - 1);
-    throw FileError(file, 1 + static_cast<std::size_t>(std::ranges::count(before, '\n')),
+    throw FileError(file, 1 + std::size_t(std::ranges::count(before, '\n')),
                     before.size() - (before.rfind('\n') + 1) + 1, "is not JSON or is cut off here");
   } catch (const ordered_json::out_of_range&) {
     throw FileError(file, "has a number beyond 1e308");

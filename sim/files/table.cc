@@ -95,14 +95,14 @@ std::optional<nanoseconds> parse_stamp(std::string_view text, double ns_per_unit
 std::string not_rising(nanoseconds before, nanoseconds stamp) {
   const std::string why = "the stamp is not after the previous one: it is ";
   if (stamp == before) return why + "the same";
-  return why + fmt::format("{:.6g} s earlier", 1e-9 * static_cast<double>((before - stamp).count()));
+  return why + fmt::format("{:.6g} s earlier", 1e-9 * double((before - stamp).count()));
 }
 
 nanoseconds median_step(const std::vector<nanoseconds>& stamps) {
   std::vector<nanoseconds> steps;
   for (std::size_t i = 1; i < stamps.size(); ++i) steps.push_back(stamps[i] - stamps[i - 1]);
   if (steps.empty()) return nanoseconds(0);
-  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
+  const auto middle = steps.begin() + std::ptrdiff_t(steps.size() / 2);
   std::ranges::nth_element(steps, middle);
   return *middle;
 }
@@ -137,8 +137,7 @@ Table::Table(const fs::path& file, Expected expected, const std::string& columns
     const bool comment = line[0] == '#' || line[0] == '%';
     if (rows_.empty() && !comment) separator_ = separator_of(line);
     if (!comment && (separator_ == ';' || separator_ == '\t'))
-      std::replace(text_.begin() + static_cast<std::ptrdiff_t>(begin),
-                   text_.begin() + static_cast<std::ptrdiff_t>(end), ',', '.');
+      std::replace(text_.begin() + std::ptrdiff_t(begin), text_.begin() + std::ptrdiff_t(end), ',', '.');
     if (comment ||
         (rows_.empty() && !parse_number<double>(TableRow(file_, number, line, separator_).text(0)))) {
       if (rows_.empty()) above.push_back(line), has_titles = !comment;
@@ -196,7 +195,7 @@ Table::Title Table::parse(std::string_view text) const {
   title.name = text;
   std::string name = title.name;
   if (name.size() > 1 && name[0] == '-') name.erase(0, 1), title.factor = -1;
-  for (char& c : name) c = c == '/' ? '.' : static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  for (char& c : name) c = c == '/' ? '.' : char(std::tolower(static_cast<unsigned char>(c)));
   if (lists(kStamps, name)) title.quantity = time, title.factor = 0;
   for (const auto& [names, ns] : kStampsWithUnit)
     if (lists(names, name) || lists(names, last_words(name, 1)))
@@ -207,7 +206,7 @@ Table::Title Table::parse(std::string_view text) const {
   std::string_view stem = last_words(name, 2);
   stem.remove_suffix(1);
   for (const auto& [quantity, stems] : kStems)
-    if (const auto axis = static_cast<std::size_t>(name.back() - (quantity == orientation ? 'w' : 'x'));
+    if (const auto axis = std::size_t(name.back() - (quantity == orientation ? 'w' : 'x'));
         lists(stems, stem) && name.back() >= 'w' && axis < 4)
       title.quantity = quantity, title.axis = axis;
   return title;
@@ -245,7 +244,7 @@ double Table::factor(const Title& title) const {
 }
 
 std::vector<Column> Table::columns(Quantity quantity) const {
-  const auto of = static_cast<std::size_t>(quantity);
+  const auto of = std::size_t(quantity);
   std::vector<std::optional<Column>> found(kCounts[of]);
   for (std::size_t field = 0; field < titles_.size(); ++field) {
     const Title& title = titles_[field];
@@ -264,8 +263,7 @@ std::vector<Column> Table::columns(Quantity quantity) const {
 
 std::vector<Column> Table::required(Quantity quantity) const {
   std::vector<Column> found = columns(quantity);
-  if (found.empty())
-    fail(fmt::format("no column contains the {}", kWords[static_cast<std::size_t>(quantity)]));
+  if (found.empty()) fail(fmt::format("no column contains the {}", kWords[std::size_t(quantity)]));
   return found;
 }
 

@@ -29,7 +29,7 @@ bool is_between(std::string_view character, std::string_view first, std::string_
 std::size_t bytes_of_first(std::string_view text) {
   const auto first = static_cast<unsigned char>(text[0]);
   const int bytes = first < 0x80 ? 1 : first >= 0xC2 && first < 0xF5 ? std::countl_one(first) : 0;
-  const auto n = static_cast<std::size_t>(bytes);
+  const auto n = std::size_t(bytes);
   if (n == 0 || n > text.size()) return 0;
   const auto continues = [](char c) { return (static_cast<unsigned char>(c) & 0xC0) == 0x80; };
   const std::string_view two = text.substr(0, 2);
@@ -49,7 +49,7 @@ bool is_obeyed(std::string_view character) {
 
 /// True if a part of the name is a link or cannot be examined.
 bool may_lead_elsewhere(fs::path at, const fs::path& name) {
-  return std::any_of(name.begin(), name.end(), [&](const fs::path& part) {
+  return std::ranges::any_of(name, [&](const fs::path& part) {
     std::error_code error;
     const fs::file_type type = fs::symlink_status(at /= part, error).type();
     return type == fs::file_type::symlink || type == fs::file_type::none;
@@ -172,7 +172,7 @@ InputFile::InputFile(const fs::path& file, std::uintmax_t most)
   if (::fstat(fd, &found) != 0) fail_reading(file);
   if (S_ISDIR(found.st_mode)) fail_reading(file, EISDIR);
   if (S_ISREG(found.st_mode))
-    size_ = static_cast<std::uintmax_t>(found.st_size);
+    size_ = std::uintmax_t(found.st_size);
   else if (file == "/dev/stdin" || file.parent_path() == "/dev/fd" || file.parent_path() == "/proc/self/fd")
     ::fcntl(fd, F_SETFL, 0);  // reads wait for bytes
   else
@@ -185,7 +185,7 @@ std::string_view InputFile::next() {
   do n = ::read(in_.fd, piece_.get(), kPiece);
   while (n < 0 && errno == EINTR);
   if (n < 0) fail_reading(file_);
-  const auto bytes = static_cast<std::size_t>(n);
+  const auto bytes = std::size_t(n);
   if ((read_ += bytes) > most_) throw FileError(file_, "has more than {} bytes", most_);
   return {piece_.get(), bytes};
 }
@@ -199,7 +199,7 @@ std::string read_text(const fs::path& file, std::uintmax_t most) {
 
 void write_text(const fs::path& file, std::string_view text) {
   std::ofstream out(file, std::ios::binary);
-  out.write(text.data(), static_cast<std::streamsize>(text.size()));
+  out.write(text.data(), std::streamsize(text.size()));
   out.close();
   if (!out) fail_by_errno(file, "cannot be written");
 }
@@ -207,7 +207,7 @@ void write_text(const fs::path& file, std::string_view text) {
 fs::path contained_path(const fs::path& folder, std::string_view name) {
   constexpr const char* kLeadsOut = "leads outside the folder";
   const fs::path below = name, file = folder / below;
-  if (name.empty() || !below.is_relative() || std::find(below.begin(), below.end(), "..") != below.end() ||
+  if (name.empty() || !below.is_relative() || std::ranges::find(below, "..") != below.end() ||
       name.find('\0') != name.npos)
     throw FileError(folder / std::string(name.substr(0, name.find('\0'))), kLeadsOut);
   if (!may_lead_elsewhere(folder, name)) return file;
@@ -228,7 +228,7 @@ std::string text_table(const std::vector<std::vector<std::string>>& rows, const 
     for (std::size_t k = 1; k < rows.size(); ++k) all[i].cells.push_back(one_line(rows[k][i]));
   }
   if (width_of(all) > shape.width) std::ranges::for_each(all, &TableColumn::break_title);
-  const auto values = all.begin() + static_cast<std::ptrdiff_t>(std::min(shape.naming, all.size()));
+  const auto values = all.begin() + std::ptrdiff_t(std::min(shape.naming, all.size()));
   Columns table(all.begin(), values);
   std::string text;
   for (auto column = values; column != all.end(); ++column) {

@@ -79,8 +79,7 @@ struct PoseColumns {
             q.norm());
       X.linear() = q.normalized().toRotationMatrix();
     }
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      X.translation()[static_cast<int>(axis)] = coordinate(row, position[axis]);
+    for (std::size_t axis = 0; axis < 3; ++axis) X.translation()[int(axis)] = coordinate(row, position[axis]);
     return X;
   }
 
@@ -142,7 +141,7 @@ TrajectoryFile read_poses(const Table& table) {
 Eigen::Isometry3d kitti_pose(const TableRow& row) {
   if (row.fields() != 12) row.fail("expected 12 numbers, found {}", row.fields());
   Eigen::Matrix3d R;
-  for (int i = 0; i < 9; ++i) R(i / 3, i % 3) = row.number(static_cast<std::size_t>(i / 3 * 4 + i % 3));
+  for (int i = 0; i < 9; ++i) R(i / 3, i % 3) = row.number(std::size_t(i / 3 * 4 + i % 3));
   if (!(R.transpose() * R).isIdentity(1e-2) || R.determinant() < 0)
     row.fail(0, "the first three columns are not a rotation");
   Eigen::Isometry3d X(Eigen::Quaterniond(R).normalized());
@@ -192,7 +191,7 @@ std::string tum_row(nanoseconds t, const Eigen::Isometry3d& X, const Matrix6d& c
 }
 
 Eigen::Isometry3d interpolate(const TimedPose& a, const TimedPose& b, nanoseconds t) {
-  const double s = static_cast<double>((t - a.t).count()) / static_cast<double>((b.t - a.t).count());
+  const double s = double((t - a.t).count()) / double((b.t - a.t).count());
   const Eigen::Quaterniond qa(a.X.linear()), qb(b.X.linear());
   Eigen::Isometry3d X(qa.slerp(s, qb).normalized());
   X.translation() = (1 - s) * a.X.translation() + s * b.X.translation();

@@ -74,15 +74,14 @@ class TreeBuilder : public YAML::EventHandler {
   void close(Yaml node) {
     if (open_.empty()) {
       root = std::move(node);
-    } else if (Yaml& parent = open_.back();
-               parent.kind == Yaml::Kind::map && parent.keys.size() == parent.items.size()) {
+    } else if (Yaml& parent = open_.back(); parent.is_map() && parent.keys.size() == parent.items.size()) {
       parent.keys.push_back(checked_key(parent, std::move(node)));
     } else {
       parent.items.push_back(std::move(node));
     }
   }
   static Yaml checked_key(const Yaml& parent, Yaml key) {
-    if (key.kind != Yaml::Kind::scalar || key.text.empty()) fail(key, "", "a key must be plain text");
+    if (!key.is_scalar() || key.text.empty()) fail(key, "", "a key must be plain text");
     if (parent.keys.size() == kMostKeys) fail(key, "", "more than {} keys, expected fewer", kMostKeys);
     for (const Yaml& other : parent.keys)
       if (other.text == key.text) fail(key, key.text, "given twice, first on line {}", other.origin.line);
@@ -127,15 +126,21 @@ constexpr std::string_view kOpenCvDirective = "%YAML:1.0";
 
 const Yaml* Yaml::find(std::string_view key) const {
   const auto found = std::ranges::find(keys, key, &Yaml::text);
-  return found == keys.end() ? nullptr : &items[static_cast<std::size_t>(found - keys.begin())];
+  return found == keys.end() ? nullptr : &items[std::size_t(found - keys.begin())];
+}
+
+std::vector<std::pair<const Yaml&, const Yaml&>> Yaml::entries() const {
+  std::vector<std::pair<const Yaml&, const Yaml&>> all;
+  for (std::size_t i = 0; i < keys.size(); ++i) all.emplace_back(keys[i], items[i]);
+  return all;
 }
 
 void fail(const Yaml& node, std::string_view key, std::string_view message) {
   const auto& [file, line, column] = node.origin;
   const std::string subject = key.empty() ? "" : fmt::format("{}: ", key);
   std::string text = fmt::format("{}:{}:{}: {}{}", file, line, column, subject, message);
-  std::replace_if(
-      text.begin(), text.end(), [](unsigned char c) { return std::iscntrl(c) != 0; }, '?');
+  std::ranges::replace_if(
+      text, [](unsigned char c) { return std::iscntrl(c) != 0; }, '?');
   throw ConfigError(text);
 }
 
@@ -205,12 +210,11 @@ std::string yaml_text(const fs::path& file) {
 Yaml parse_yaml_file(const fs::path& file) { return parse_yaml(yaml_text(file), {file.string()}); }
 
 void require_map(const Yaml& node, std::string_view key, std::string_view example) {
-  if (node.kind != Yaml::Kind::map) fail(node, key, "expected {}", example);
+  if (!node.is_map()) fail(node, key, "expected {}", example);
 }
 
 void read_map(const Yaml& map, const MapReaders& readers) {
-  for (std::size_t i = 0; i < map.keys.size(); ++i) {
-    const Yaml& key = map.keys[i];
+  for (const auto& [key, value] : map.entries()) {
     const auto reader = std::ranges::find(readers, key.text, &MapReaders::value_type::first);
     if (reader == readers.end()) {
       std::vector<std::string_view> names;
@@ -219,22 +223,22 @@ void read_map(const Yaml& map, const MapReaders& readers) {
       fail(key, key.text, "unknown key{}",
            hint.empty() ? fmt::format(", expected one of {}", fmt::join(names, ", ")) : hint);
     }
-    reader->second(map.items[i]);
+    reader->second(value);
   }
 }
 
 std::vector<std::string> read_texts(const Yaml& node, std::string_view key, std::string_view example) {
-  if (node.kind != Yaml::Kind::list) fail(node, key, "expected a list, as in {}", example);
+  if (!node.is_list()) fail(node, key, "expected a list, as in {}", example);
   std::vector<std::string> all;
   for (const Yaml& item : node.items) {
-    if (item.kind != Yaml::Kind::scalar) fail(item, key, "expected text, as in {}", example);
+    if (!item.is_scalar()) fail(item, key, "expected text, as in {}", example);
     all.push_back(item.text);
   }
   return all;
 }
 
 fs::path read_path(const Yaml& node, std::string_view key, const fs::path& folder) {
-  if (node.kind != Yaml::Kind::scalar) fail(node, key, "expected the path of a file or folder");
+  if (!node.is_scalar()) fail(node, key, "expected the path of a file or folder");
   return (folder / node.text).lexically_normal();
 }
 
@@ -257,7 +261,7 @@ std::vector<std::uint64_t> parse_seeds(std::string_view text) {
 }
 
 std::vector<std::uint64_t> read_seeds(const Yaml& node) {
-  if (node.kind != Yaml::Kind::scalar) fail(node, "seeds", "expected seeds, as in 1..5 or 1,2,7");
+  if (!node.is_scalar()) fail(node, "seeds", "expected seeds, as in 1..5 or 1,2,7");
   try {
     return parse_seeds(node.text);
   } catch (const std::invalid_argument& e) {

@@ -32,8 +32,11 @@ struct Yaml {
 
   bool is_map() const { return kind == Kind::map; }
   bool is_list() const { return kind == Kind::list; }
+  bool is_scalar() const { return kind == Kind::scalar; }
   /// Returns the value of a map's key, or nullptr.
   const Yaml* find(std::string_view key) const;
+  /// Returns each key of a map with its value.
+  std::vector<std::pair<const Yaml&, const Yaml&>> entries() const;
 };
 
 /// Throws ConfigError at the node's position. key may be empty (the error is about the whole file).

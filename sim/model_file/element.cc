@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::uintmax_t kMostOfModel = 16 << 20;  // bytes; public models are below 1 MiB
 
-Element copied(const tinyxml2::XMLElement& from, const std::shared_ptr<const std::filesystem::path>& file) {
+Element copied(const tinyxml2::XMLElement& from, const std::shared_ptr<const fs::path>& file) {
   Element element{.name = from.Name(), .file = file, .line = from.GetLineNum()};
   for (auto* each = from.FirstAttribute(); each; each = each->Next())
     element.attributes.emplace_back(each->Name(), each->Value());
@@ -37,7 +37,7 @@ void print(const Element& element, std::string& text, int depth) {
 }
 
 auto place_of(auto& attributes, std::string_view name) {
-  return std::find_if(attributes.begin(), attributes.end(), [&](const auto& a) { return a.first == name; });
+  return std::ranges::find_if(attributes, [&](const auto& a) { return a.first == name; });
 }
 
 }  // namespace
@@ -75,12 +75,6 @@ Element& Element::add(std::string_view child,
   return children.back();
 }
 
-void reject(const Element& element, std::string_view attribute, std::string_view message) {
-  throw files::FileError(
-      *element.file, std::size_t(element.line),
-      fmt::format("{}{}{}: {}", element.name, attribute.empty() ? "" : " ", attribute, message));
-}
-
 std::vector<double> numbers(const Element& element, std::string_view attribute, std::size_t least,
                             std::size_t most) {
   const std::string* const text = element.find(attribute);
@@ -90,24 +84,23 @@ std::vector<double> numbers(const Element& element, std::string_view attribute, 
   for (std::string word; words >> word;) {
     const std::string_view digits = std::string_view(word).substr(word[0] == '+' ? 1 : 0);
     const auto value = files::parse_finite(digits);
-    if (!value) reject(element, attribute, fmt::format("has '{}', expected a number", word));
+    if (!value) reject(element, attribute, "has '{}', expected a number", word);
     values.push_back(*value);
   }
   if (values.size() < least || values.size() > most)
-    reject(element, attribute,
-           fmt::format("has {}, expected {}", files::counted(values.size(), "number"),
-                       least == most ? fmt::format("{}", least) : fmt::format("{} to {}", least, most)));
+    reject(element, attribute, "has {}, expected {}", files::counted(values.size(), "number"),
+           least == most ? fmt::format("{}", least) : fmt::format("{} to {}", least, most));
   return values;
 }
 
-Element read_xml(const std::filesystem::path& file) {
+Element read_xml(const fs::path& file) {
   const std::string text = files::read_text(file, kMostOfModel);
   tinyxml2::XMLDocument document;
   if (document.Parse(text.data(), text.size()) != tinyxml2::XML_SUCCESS)
     throw files::FileError(file, std::size_t(std::max(1, document.ErrorLineNum())),
                            "is not well-formed XML: expected closed elements and quoted attributes");
   if (!document.RootElement()) throw files::FileError(file, "has no element, expected a model");
-  return copied(*document.RootElement(), std::make_shared<const std::filesystem::path>(file));
+  return copied(*document.RootElement(), std::make_shared<const fs::path>(file));
 }
 
 std::string to_xml(const Element& element) {

@@ -5,7 +5,6 @@
 #include <charconv>
 #include <filesystem>
 #include <memory>
-#include <optional>
 
 #include "sim/files/text.h"
 
@@ -15,7 +14,7 @@ struct Element {
   std::string name;
   std::vector<std::pair<std::string, std::string>> attributes = {};
   std::vector<Element> children = {};
-  std::shared_ptr<const std::filesystem::path> file = {};
+  std::shared_ptr<const fs::path> file = {};
   int line = 0;
 
   /// Returns an attribute's value, or nullptr.
@@ -39,7 +38,13 @@ struct Element {
 };
 
 /// Throws FileError "file:line: element attribute: message"; the attribute may be empty.
-[[noreturn]] void reject(const Element& element, std::string_view attribute, std::string_view message);
+template <typename... T>
+[[noreturn]] void reject(const Element& element, std::string_view attribute, fmt::format_string<T...> message,
+                         T&&... values) {
+  throw files::FileError(*element.file, std::size_t(element.line), "{}{}{}: {}", element.name,
+                         attribute.empty() ? "" : " ", attribute,
+                         fmt::format(message, std::forward<T>(values)...));
+}
 
 /// Returns the finite numbers of an attribute, or none if it is absent. Throws FileError, also if there are
 /// not `least` to `most` of them.
@@ -57,7 +62,7 @@ std::string text_of(const auto& numbers) {
 }
 
 /// Returns the root of a file. Throws FileError if it cannot be read or is not XML.
-Element read_xml(const std::filesystem::path& file);
+Element read_xml(const fs::path& file);
 
 /// Returns the element and everything in it as indented XML.
 std::string to_xml(const Element& element);

@@ -9,7 +9,6 @@
 namespace sim::model_file {
 namespace {
 
-namespace fs = std::filesystem;
 using std::string_view;
 
 /// Attributes of newer library versions that the bench does not need; "": for any element.
@@ -93,9 +92,9 @@ void expand(Element& element, const fs::path& main_folder, std::set<fs::path>& r
     fs::path file = main_folder / name;
     if (!fs::exists(file, fault)) file = child.file->parent_path() / name;
     if (name.empty() || !fs::is_regular_file(file, fault))
-      reject(child, "file", fmt::format("{} does not exist", file.string()));
+      reject(child, "file", "{} does not exist", file.string());
     if (!read.insert(fs::weakly_canonical(file, fault)).second)
-      reject(child, "file", fmt::format("{} is included twice", file.string()));
+      reject(child, "file", "{} is included twice", file.string());
     Element included = read_xml(file);
     expand(included, main_folder, read);
     std::ranges::move(included.children, std::back_inserter(expanded));
@@ -169,7 +168,7 @@ class Reader {
           robot = &each;
     if (!robot)
       reject(
-          root_, "",
+          root_, "", "{}",
           base.empty() ? "has no body, expected a robot" : fmt::format("has no body '{}', the base", base));
     for (Element& world : root_.children)
       if (world.name == "worldbody") {
@@ -374,9 +373,8 @@ class Reader {
       const string_view name = attribute.first;
       if (!is_one_of(std::pair<string_view, string_view>(element.name, name), kDropped) &&
           !is_one_of(std::pair<string_view, string_view>("", name), kDropped))
-        reject(element, name,
-               fmt::format("is not known to this MuJoCo, expected one of {}",
-                           fmt::join(known.attributes, ", ")));
+        reject(element, name, "is not known to this MuJoCo, expected one of {}",
+               fmt::join(known.attributes, ", "));
       note(Fate::dropped, fmt::format("{} {}", element.name, name), element);
       return true;
     });
@@ -384,7 +382,7 @@ class Reader {
       const auto found = known.children.find(child.name);
       const bool same = known.recursive && child.name == element.name;
       if (!same && found == known.children.end())
-        reject(child, "", fmt::format("is not known to this MuJoCo in {}", element.name));
+        reject(child, "", "is not known to this MuJoCo in {}", element.name);
       check(child, same ? known : found->second);
     }
   }
@@ -404,7 +402,7 @@ void require_finite(const Element& element) {
     std::istringstream words(value);
     for (std::string word; words >> word;)
       if (word == "nan" || word == "-nan" || word == "inf" || word == "-inf")
-        reject(element, name, fmt::format("is '{}', expected a finite number", word));
+        reject(element, name, "is '{}', expected a finite number", word);
   }
 }
 
@@ -445,12 +443,10 @@ void require_readable(const Element& asset, string_view attribute, const fs::pat
   const bool is_texture = asset.name == "texture";
   const bool is_read = is_texture ? ending == ".png" : is_one_of(ending, std::array{".stl", ".obj", ".msh"});
   if (!is_read && asset.name != "hfield")
-    reject(asset, attribute,
-           fmt::format("is '{}', expected a {} file", file.filename().string(),
-                       is_texture ? ".png" : ".stl or .obj"));
+    reject(asset, attribute, "is '{}', expected a {} file", file.filename().string(),
+           is_texture ? ".png" : ".stl or .obj");
   std::error_code fault;
-  if (!fs::is_regular_file(file, fault))
-    reject(asset, attribute, fmt::format("{} does not exist", file.string()));
+  if (!fs::is_regular_file(file, fault)) reject(asset, attribute, "{} does not exist", file.string());
 }
 
 ModelFile read_model(const fs::path& file, const Schema& schema, string_view base, const Packages& packages) {

@@ -35,7 +35,7 @@ struct Note {
 };
 
 /// The folders of a URDF's packages, by name.
-using Packages = std::map<std::string, std::filesystem::path>;
+using Packages = std::map<std::string, fs::path>;
 
 struct ModelFile {
   /// MJCF or URDF that the library loads, with absolute paths and only known elements and attributes. It
@@ -43,9 +43,9 @@ struct ModelFile {
   Element root;
   std::vector<Element> assets;  ///< meshes, textures and height fields in MJCF: named, scaled, absolute paths
   std::vector<Note> notes;
-  std::vector<Element> pairs;             ///< contact pairs, which are not in `root`
-  std::map<std::string, double> efforts;  ///< torque limits of a URDF's joints, N m
-  std::vector<std::pair<std::string, std::filesystem::path>> files;  ///< meshes of a URDF, by name in `root`
+  std::vector<Element> pairs;                           ///< contact pairs, which are not in `root`
+  std::map<std::string, double> efforts;                ///< torque limits of a URDF's joints, N m
+  std::vector<std::pair<std::string, fs::path>> files;  ///< meshes of a URDF, by name in `root`
 
   /// Returns the element for a body (or link), joint or geom, or the root if there is none.
   const Element& named(std::string_view kind, std::string_view name) const;
@@ -63,20 +63,20 @@ inline constexpr int kSteppedBits = 9;
 
 /// Reads a robot's file with its includes. base: the root body; "": the body in the file with the most
 /// joints. Throws FileError "file:line: element attribute: what is wrong, expected ...".
-ModelFile read_model(const std::filesystem::path& file, const Schema& schema, std::string_view base = {},
+ModelFile read_model(const fs::path& file, const Schema& schema, std::string_view base = {},
                      const Packages& packages = {});
 
 /// Reads the MJCF of a room in the same way: shapes, lights and `visual`. Throws FileError.
-ModelFile read_room(const std::filesystem::path& file, const Schema& schema);
+ModelFile read_room(const fs::path& file, const Schema& schema);
 
 /// Returns a model's file, the existing files that it includes, and the files of its assets. Throws
 /// FileError.
-std::vector<std::filesystem::path> files_of(const std::filesystem::path& file, const Packages& packages = {});
+std::vector<fs::path> files_of(const fs::path& file, const Packages& packages = {});
 
 /// Prepares a URDF in model.root. Throws FileError.
 void prepare_urdf(ModelFile& model, const Packages& packages);
 /// Throws FileError unless the library can read an asset's file.
-void require_readable(const Element& asset, std::string_view attribute, const std::filesystem::path& file);
+void require_readable(const Element& asset, std::string_view attribute, const fs::path& file);
 
 /// Counts another case in the note with that fate and text, or adds such a note.
 void add_note(std::vector<Note>& notes, Fate fate, std::string_view what, const Element& where);

@@ -8,8 +8,6 @@
 namespace sim::model_file {
 namespace {
 
-namespace fs = std::filesystem;
-
 constexpr std::string_view kPackage = "package://", kFile = "file://";
 constexpr char kWorld[] = "world";  // the link that the library treats as the world
 constexpr double kPoint = 1e-12;    // kg m^2: smaller moments of inertia are rounding errors of a point mass
@@ -71,7 +69,7 @@ class Urdf {
     for (Element& each : robot_.children)
       if (each.name == "link" && !below.contains(required(each, "name"))) roots.push_back(&each);
     if (roots.size() != 1)
-      reject(robot_, "",
+      reject(robot_, "", "{}",
              roots.empty() ? "has no root link: its joints are a closed loop"
                            : fmt::format("has {} root links, such as '{}' and '{}', expected one",
                                          roots.size(), roots[0]->get("name"), roots[1]->get("name")));
@@ -87,9 +85,7 @@ class Urdf {
       if (each.name == "joint" && link_at(each, "parent") == name) below.push_back(&each);
     const bool floats = below.size() == 1 && below[0]->get("type") == "floating" && !root_->child("inertial");
     if (name == kWorld && below.size() != 1)
-      reject(
-          *root_, "",
-          fmt::format("'world' has {}, expected one, to the robot", files::counted(below.size(), "joint")));
+      reject(*root_, "", "'world' has {}, expected one, to the robot", files::counted(below.size(), "joint"));
     if (floats || name == kWorld) {
       note(Fate::converted,
            fmt::format("{} joint: the link below it is the free root", below[0]->get("type")), *below[0]);
@@ -208,11 +204,10 @@ class Urdf {
           return root.string() + inside;
         }
       }
-    reject(
-        mesh, "filename",
-        fmt::format("no folder above this file, or inside one, is the package '{0}' with {1}, expected its "
-                    "folder in robot.yaml: packages: {{{0}: FOLDER}}",
-                    package, inside));
+    reject(mesh, "filename",
+           "no folder above this file, or inside one, is the package '{0}' with {1}, expected its "
+           "folder in robot.yaml: packages: {{{0}: FOLDER}}",
+           package, inside);
   }
 
   void show_meshes() {

@@ -5,7 +5,6 @@
 #include <mujoco/mujoco.h>
 
 #include <algorithm>
-#include <stdexcept>
 
 #include "sim/physics/compiled.h"
 
@@ -93,11 +92,10 @@ class Adapter {
   void require_contacts_named() const {
     if (!mine_.paired_with_floor.empty() && robot_.feet[0].contacts.empty() &&
         robot_.feet[1].contacts.empty())
-      reject(
-          mine_.file.pairs.front(), "",
-          fmt::format("of '{}' names a geom that is not of the robot: expected the contacts of each foot in "
-                      "robot.yaml",
-                      mine_.paired_with_floor[0]));
+      reject(mine_.file.pairs.front(), "",
+             "of '{}' names a geom that is not of the robot: expected the contacts of each foot in "
+             "robot.yaml",
+             mine_.paired_with_floor[0]);
   }
 
   int body(const std::string& key, const std::string& wanted) const {
@@ -109,8 +107,7 @@ class Adapter {
       names.push_back(own);
     }
     std::ranges::sort(names);
-    robot_.fail(
-        key, fmt::format("the model has no body '{}', expected one of {}", wanted, fmt::join(names, ", ")));
+    robot_.fail(key, "the model has no body '{}', expected one of {}", wanted, fmt::join(names, ", "));
   }
 
   /// Returns a body that no joint of a leg moves.
@@ -120,7 +117,7 @@ class Adapter {
       for (const auto& leg : robot_.legs)
         for (int k = 0; k < m_.body_jntnum[above]; ++k)
           if (std::ranges::count(leg, name(mjOBJ_JOINT, m_.body_jntadr[above] + k)) > 0)
-            robot_.fail(key, fmt::format("link '{}' is moved by a leg, expected an upper-body link", wanted));
+            robot_.fail(key, "link '{}' is moved by a leg, expected an upper-body link", wanted);
     return found;
   }
 
@@ -175,14 +172,12 @@ class Adapter {
     body(key, foot.body);
     if (soles_[side] == 0 && foot.contacts.empty())
       robot_.fail(key,
-                  fmt::format("body '{}' has no colliding geom, expected the sole; if a scene.xml beside the "
-                              "model has contact pairs, name it as the model",
-                              foot.body));
+                  "body '{}' has no colliding geom, expected the sole; if a scene.xml beside the "
+                  "model has contact pairs, name it as the model",
+                  foot.body);
     if (soles_[side] < foot.contacts.size())
-      robot_.fail(
-          key,
-          fmt::format("of the contacts {} body '{}' has {}, expected colliding geoms with these names in it",
-                      fmt::join(foot.contacts, ", "), foot.body, soles_[side]));
+      robot_.fail(key, "of the contacts {} body '{}' has {}, expected colliding geoms with these names in it",
+                  fmt::join(foot.contacts, ", "), foot.body, soles_[side]);
   }
 
   /// Returns the servos in the order of their joints.
@@ -191,13 +186,12 @@ class Adapter {
     for (const RobotFile::Servo& servo : robot_.servos)
       for (const std::string& name : servo.joints) {
         const int joint = mj_name2id(&m_, mjOBJ_JOINT, name.c_str());
-        if (joint < 0) robot_.fail("servos", fmt::format("the model has no joint '{}'", name));
+        if (joint < 0) robot_.fail("servos", "the model has no joint '{}'", name);
         const Element& element = mine_.file.named("joint", name);
         if (m_.jnt_type[joint] != mjJNT_HINGE)
-          reject(element, "type", fmt::format("of '{}' is not hinge, expected a hinge for a servo", name));
+          reject(element, "type", "of '{}' is not hinge, expected a hinge for a servo", name);
         if (!m_.jnt_limited[joint])
-          reject(element, "range",
-                 fmt::format("'{}' has none, expected its smallest and largest angle", name));
+          reject(element, "range", "'{}' has none, expected its smallest and largest angle", name);
         const int dof = m_.jnt_dofadr[joint];
         m_.dof_damping[dof] = servo.kd_nms_rad;
         if (servo.armature_kg_m2) m_.dof_armature[dof] = *servo.armature_kg_m2;
@@ -211,7 +205,7 @@ class Adapter {
         made.set("forcelimited", effort ? "true" : "false");
         if (effort) made.set("forcerange", text_of(std::array{effort->lowest, effort->highest}));
         if (!servos.emplace(joint, std::move(made)).second)
-          robot_.fail("servos", fmt::format("joint '{}' has two servos", name));
+          robot_.fail("servos", "joint '{}' has two servos", name);
         moving_.insert(joint);
       }
     std::vector<Element> all;

@@ -37,7 +37,7 @@ class Guess;
 class FirstRobotFile {
  public:
   /// Throws std::runtime_error if the model does not load or does not have two feet.
-  explicit FirstRobotFile(const std::filesystem::path& model);
+  explicit FirstRobotFile(const fs::path& model);
   ~FirstRobotFile();
   FirstRobotFile(FirstRobotFile&&) noexcept;
   /// Returns the gait that the masses, heights and torque limits of the model suggest.
@@ -50,6 +50,6 @@ class FirstRobotFile {
 };
 
 /// Returns the first robot.yaml with the guessed gait.
-std::string first_robot_file(const std::filesystem::path& model, const std::string& written);
+std::string first_robot_file(const fs::path& model, const std::string& written);
 
 }  // namespace sim::physics

@@ -87,7 +87,7 @@ Clearance RoomClearance::at(const double* positions) {
   mj_kinematics(model_.get(), data_.get());
   const double others = select_near(robot_box());
   const auto is_near = [this](const Solid& solid) { return model_->geom_contype[solid.geom] != 0; };
-  if (std::none_of(solids_.begin(), solids_.end(), is_near)) return {others, {}};
+  if (std::ranges::none_of(solids_, is_near)) return {others, {}};
   mj_collision(model_.get(), data_.get());
   const mjContact* const end = data_->contact + data_->ncon;
   const mjContact* const deepest = std::min_element<const mjContact*>(

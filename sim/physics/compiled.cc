@@ -72,9 +72,8 @@ void read_efforts(CompiledRobot& robot) {
     if (std::isinf(effort.lowest) && std::isinf(effort.highest)) continue;
     const Element& element = robot.file.named("joint", name);
     if (!(effort.lowest < effort.highest))
-      reject(element, "",
-             fmt::format("'{}' has torques from {:g} to {:g} N m, expected a range", name, effort.lowest,
-                         effort.highest));
+      reject(element, "", "'{}' has torques from {:g} to {:g} N m, expected a range", name, effort.lowest,
+             effort.highest);
     robot.efforts[name] = effort;
     add_note(robot.file.notes, Fate::kept_aside, "effort limits of joints", element);
   }
@@ -102,14 +101,13 @@ void find_base(CompiledRobot& robot, const std::string& wanted) {
   const std::string name = name_of(m, mjOBJ_BODY, base);
   const Element& element = robot.file.named("body", wanted.empty() ? name : wanted);
   if (!wanted.empty() && wanted != name)
-    reject(element, "",
-           fmt::format("'{}' cannot be the base, expected '{}', the first body with mass", wanted, name));
+    reject(element, "", "'{}' cannot be the base, expected '{}', the first body with mass", wanted, name);
   const int* const types = m.jnt_type + m.body_jntadr[root];
   constexpr std::array kFour{mjJNT_SLIDE, mjJNT_SLIDE, mjJNT_SLIDE, mjJNT_BALL};
   const bool is_free = m.body_jntnum[root] == 1 && types[0] == mjJNT_FREE,
              is_four = m.body_jntnum[root] == 4 && std::equal(kFour.begin(), kFour.end(), types);
   if (!is_free && !is_four)
-    reject(element, "", fmt::format("'{}' is the base but has no free joint, expected <freejoint/>", name));
+    reject(element, "", "'{}' is the base but has no free joint, expected <freejoint/>", name);
   if (is_four) add_note(robot.file.notes, Fate::converted, "three slides and a ball: a freejoint", element);
   if (base != root)
     add_note(robot.file.notes, Fate::dropped, fmt::format("bodies without mass above '{}', the base", name),
@@ -139,13 +137,12 @@ void require_units(CompiledRobot& robot) {
   const Element& base = robot.file.named("body", name_of(m, mjOBJ_BODY, robot.base));
   const double mass = m.body_subtreemass[robot.base], size = whole.diagonal().norm();
   if (mass > kHeaviest_kg)
-    reject(base, "",
-           fmt::format("the robot weighs {:.4g} kg, expected kilograms: are the masses in grams?", mass));
+    reject(base, "", "the robot weighs {:.4g} kg, expected kilograms: are the masses in grams?", mass);
   if (size > kLargest_m)
     reject(base, "",
-           fmt::format("the robot is {:.4g} m large, expected meters: are lengths or meshes in "
-                       "millimeters (scale)?",
-                       size));
+           "the robot is {:.4g} m large, expected meters: are lengths or meshes in "
+           "millimeters (scale)?",
+           size);
   for (int body = robot.base; body < m.nbody; ++body) {
     if (!is_below(m, body, robot.base) || !(m.body_mass[body] > 0)) continue;
     const mjtNum* const moments = m.body_inertia + 3 * body;
@@ -154,9 +151,9 @@ void require_units(CompiledRobot& robot) {
     const Element& element = robot.file.named("body", name);
     if (size > 0 && radius > size && most > kMomentShare * mass * size * size)
       reject(element, "",
-             fmt::format("'{}' has {:.4g} kg and a moment of inertia of {:.4g} kg m^2, as if its mass were "
-                         "{:.3g} m from its center: expected kg m^2",
-                         name, m.body_mass[body], most, radius));
+             "'{}' has {:.4g} kg and a moment of inertia of {:.4g} kg m^2, as if its mass were "
+             "{:.3g} m from its center: expected kg m^2",
+             name, m.body_mass[body], most, radius);
     const double length = body_box(m, *data, body).diagonal().norm();
     if (m.body_jntnum[body] > 0 && radius < kPointShare * length)
       add_note(robot.file.notes, Fate::doubtful, "moments of inertia as small as a point's, expected kg m^2",
@@ -175,7 +172,7 @@ const model_file::Schema& schema() {
   return known;
 }
 
-CompiledRobot compile_robot(const std::filesystem::path& file, const std::string& base,
+CompiledRobot compile_robot(const fs::path& file, const std::string& base,
                             const model_file::Packages& packages) {
   CompiledRobot robot;
   robot.file = read_model(file, schema(), base, packages);

@@ -7,7 +7,6 @@
 #include <map>
 #include <numbers>
 #include <span>
-#include <stdexcept>
 
 #include "sim/files/yaml.h"
 #include "sim/physics/adapted.h"
@@ -89,7 +88,7 @@ model_file::Element written(const CompiledRobot& robot) {
 
 class Guess {
  public:
-  explicit Guess(const std::filesystem::path& file)
+  explicit Guess(const fs::path& file)
       : path_(file),
         file_(compile_robot(file, "", {})),
         model_(load_mjcf(written(file_), file.string())),
@@ -510,7 +509,7 @@ class Guess {
     height_m_ = bent.subtree_com[3 * base_ + 2] - (height + bottom - place(foot.body).z());
   }
 
-  std::filesystem::path path_;
+  fs::path path_;
   CompiledRobot file_;
   Model model_;
   const mjModel& m_;
@@ -523,7 +522,7 @@ class Guess {
   std::vector<Foot> feet_;
 };
 
-FirstRobotFile::FirstRobotFile(const std::filesystem::path& model) : guess_(std::make_unique<Guess>(model)) {}
+FirstRobotFile::FirstRobotFile(const fs::path& model) : guess_(std::make_unique<Guess>(model)) {}
 FirstRobotFile::~FirstRobotFile() = default;
 FirstRobotFile::FirstRobotFile(FirstRobotFile&&) noexcept = default;
 
@@ -534,7 +533,7 @@ std::string FirstRobotFile::yaml(const std::string& model, const Gait& gait,
   return guess_->yaml(model, gait, comment);
 }
 
-std::string first_robot_file(const std::filesystem::path& model, const std::string& written) {
+std::string first_robot_file(const fs::path& model, const std::string& written) {
   const FirstRobotFile first(model);
   return first.yaml(written, first.guessed_gait(), kGuessedGait);
 }

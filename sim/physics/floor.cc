@@ -1,10 +1,10 @@
-#include "sim/physics/floor.h"
-
 #include <mujoco/mujoco.h>
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+
+#include "sim/physics/world.h"
 
 namespace sim::physics {
 namespace {
@@ -47,7 +47,7 @@ double Floor::friction(const mjData& data, const Eigen::Vector2d& p_W) const {
 }
 
 std::size_t Floor::solids() const {
-  return static_cast<std::size_t>(std::ranges::count_if(geoms_, [this](int geom) {
+  return std::size_t(std::ranges::count_if(geoms_, [this](int geom) {
     return model_.geom_type[geom] != mjGEOM_PLANE && model_.geom_type[geom] != mjGEOM_HFIELD;
   }));
 }

@@ -45,13 +45,13 @@ const Element* written_at(const Element& element, int& line) {
   message.erase(std::min(end, message.size()));
   if (const std::size_t error = message.find(kError); error != message.npos)
     message.erase(0, error + std::strlen(kError));
-  if (element && element->line > 0) model_file::reject(*element, "", message);
+  if (element && element->line > 0) model_file::reject(*element, "", "{}", message);
   throw std::runtime_error(fmt::format("{} does not load: {}", from, message));
 }
 
 /// Adds a file to MuJoCo's virtual ones.
 void add_file(mjVFS& files, const std::string& name, const std::string& text) {
-  mj_makeEmptyFileVFS(&files, name.c_str(), static_cast<int>(text.size()));
+  mj_makeEmptyFileVFS(&files, name.c_str(), int(text.size()));
   std::memcpy(files.filedata[files.nfile - 1], text.data(), text.size());
 }
 
@@ -80,7 +80,7 @@ Model load_mjcf(const model_file::Element& root, const std::string& from, const 
   add_file(*files, "model.xml", to_xml(root));
   for (const auto& [name, file] : named) add_file(*files, name, files::read_text(file));
   std::array<char, 1000> message{};
-  Model model(mj_loadXML("model.xml", files.get(), message.data(), static_cast<int>(message.size())));
+  Model model(mj_loadXML("model.xml", files.get(), message.data(), int(message.size())));
   if (!model) reject_as_library(root, from, message.data());
   return model;
 }
@@ -113,10 +113,9 @@ int leg_root(const mjModel& model, const char* sole) {
 int upper_link(const mjModel& model, const std::string& link) {
   const std::array legs{leg_root(model, "left_sole"), leg_root(model, "right_sole")};
   std::vector<std::string> links;
-  std::vector<bool> in_leg(static_cast<std::size_t>(model.nbody));  // parents come first
+  std::vector<bool> in_leg(std::size_t(model.nbody));  // parents come first
   for (int body = 1; body < model.nbody; ++body) {
-    const auto i = static_cast<std::size_t>(body),
-               parent = static_cast<std::size_t>(model.body_parentid[body]);
+    const auto i = std::size_t(body), parent = std::size_t(model.body_parentid[body]);
     in_leg[i] = in_leg[parent] || std::ranges::find(legs, body) != legs.end();
     if (model.body_weldid[body] == 0 || in_leg[i]) continue;
     links.push_back(name_of(model, mjOBJ_BODY, body));

@@ -25,7 +25,7 @@ using Model = std::unique_ptr<mjModel_, Free>;
 using Data = std::unique_ptr<mjData_, Free>;
 
 /// Files by the names that a model gives them.
-using NamedFiles = std::vector<std::pair<std::string, std::filesystem::path>>;
+using NamedFiles = std::vector<std::pair<std::string, fs::path>>;
 
 /// Loads MJCF or URDF. Throws FileError with the library's message and the file and line of the element in
 /// question, or std::runtime_error "<from> does not load: " with the message. After the first call, an error

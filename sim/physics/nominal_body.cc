@@ -67,9 +67,9 @@ std::array<walking::Wrench, 2> LegLoads::wrenches(const walking::JointVector& q,
     mj_jac(&m, &d, forward.data(), turning.data(), d.site_xpos + 3 * site, m.site_bodyid[site]);
     Eigen::Matrix<double, 6, 6> J = Eigen::Matrix<double, 6, 6>::Zero();
     Eigen::Matrix<double, 6, 1> missing = Eigen::Matrix<double, 6, 1>::Zero();
-    const auto joints = static_cast<int>(legs_[foot].joints.size());
+    const auto joints = int(legs_[foot].joints.size());
     for (int i = 0; i < joints; ++i) {
-      const int joint = legs_[foot].joints[static_cast<std::size_t>(i)];
+      const int joint = legs_[foot].joints[std::size_t(i)];
       const int dof = m.jnt_dofadr[m.actuator_trnid[2 * joint]];
       J.col(i) << forward.col(dof), turning.col(dof);
       missing[i] = gravity[dof] - torque[joint];

@@ -8,10 +8,109 @@
 #include <stdexcept>
 
 #include "sim/physics/adapted.h"
+#include "sim/physics/compiled.h"
 #include "sim/physics/nominal_body.h"
+#include "sim/physics/options.h"
 
 namespace sim::physics {
 namespace {
+
+using model_file::Element;
+
+constexpr double kNotLevel = 0.001;  // m
+
+bool is_floor(const Element& geom) { return geom.get("contype") == std::to_string(model_file::kSteppedBits); }
+
+/// Removes everything but shapes of class floor. Returns whether a plane or a height field is left.
+bool keep_floors(Element& parent) {
+  bool wide = false;
+  std::erase_if(parent.children, [&](Element& child) {
+    if (child.name == "body") wide |= keep_floors(child);
+    const bool kept =
+        child.name == "body" ? !child.children.empty() : child.name == "geom" && is_floor(child);
+    wide |= kept && (child.get("type") == "plane" || child.get("type") == "hfield");
+    return !kept;
+  });
+  return wide;
+}
+
+/// Returns a room's lights and shapes. Geoms of class floor have the contact bits kSteppedBits.
+Element adapted_room(const fs::path& file) {
+  const model_file::ModelFile room = read_room(file, schema());
+  const Model compiled = load_mjcf(room.root, file.string());
+  mjModel& m = *compiled;
+  const Writer writer(m, room, "");
+  const auto name = [&](int type, int id) { return writer.name(type, id); };
+  if (m.njnt > 0)
+    reject(room.named("joint", name(mjOBJ_JOINT, 0)), "", "is in a room, expected shapes that do not move");
+  for (int light = 0; light < m.nlight; ++light)
+    if (m.light_active[light] && !m.light_directional[light])
+      reject(room.named("light", name(mjOBJ_LIGHT, light)), "directional",
+             "is false, expected true: brightness must not depend on position");
+  const Data data(mj_makeData(&m));
+  mj_kinematics(&m, data.get());
+  bool has_floor = false, is_wide = false;
+  int plain = -1;
+  for (int geom = 0; geom < m.ngeom; ++geom) {
+    const bool is_plane = m.geom_type[geom] == mjGEOM_PLANE;
+    if (is_plane && std::min(m.geom_size[3 * geom], m.geom_size[3 * geom + 1]) <= 0)
+      reject(room.named("geom", name(mjOBJ_GEOM, geom)), "size", "is 0, expected positive half lengths");
+    if (m.nuser_geom > 0 && m.geom_user[m.nuser_geom * geom] == 1) {
+      m.geom_contype[geom] = m.geom_conaffinity[geom] = model_file::kSteppedBits;
+      has_floor = true;
+      is_wide |= is_plane || m.geom_type[geom] == mjGEOM_HFIELD;
+    } else if (is_plane && name(mjOBJ_GEOM, geom) == "floor") {
+      plain = geom;
+    }
+  }
+  if (plain >= 0) {
+    const Eigen::Isometry3d X = geom_pose(*data, plain);
+    const Element& element = room.named("geom", "floor");
+    if (is_wide)
+      reject(element, "",
+             "the plane 'floor' is not of class floor, but other planes or height fields are: "
+             "expected the class floor for it, too, or no such plane");
+    if (std::abs(X.translation().z()) > kNotLevel || X.linear()(2, 2) < 1 - kNotLevel * kNotLevel)
+      reject(element, "",
+             "the plane 'floor' is at z = {:.4g} m or tilted, expected z = 0, or class "
+             "floor",
+             X.translation().z());
+  } else if (!has_floor) {
+    reject(room.named("worldbody", ""), "",
+           "has no plane named 'floor' and no shape of class floor, expected a floor to walk on");
+  }
+  Element root{"mujoco"};
+  for (const Element& section : room.root.children)
+    if (section.name == "visual") root.children.push_back(section);
+  Element world{"worldbody"};
+  writer.add_content(0, world);
+  root.children.push_back(std::move(world));
+  writer.add_sections(root);
+  return root;
+}
+
+/// Renames parts of a room that have the same name as a part of the robot.
+void rename_clashes(Element& room, const Element& robot) {
+  std::set<std::pair<std::string, std::string>> taken;
+  robot.visit([&](const Element& each) { taken.emplace(each.name, each.get("name")); });
+  room.visit([&](Element& each) {
+    if (each.find("name") && taken.contains({each.name, each.get("name")}))
+      each.set("name", each.get("name") + " of the room");
+  });
+}
+
+/// Gives bodies the quaternions of the file to the last bit: the library normalizes them again.
+void keep_quaternions(const Element& element, mjModel& m) {
+  for (const Element& child : element.children) {
+    if (child.name == "body") {
+      keep_quaternions(child, m);
+      const int body = mj_name2id(&m, mjOBJ_BODY, child.get("name").c_str());
+      if (body < 0) continue;
+      std::ranges::copy(numbers(child, "quat", 4, 4), m.body_quat + 4 * body);
+      std::ranges::copy(numbers(*child.child("inertial"), "quat", 4, 4), m.body_iquat + 4 * body);
+    }
+  }
+}
 
 using Eigen::Isometry3d, Eigen::Vector2d, Eigen::Vector3d;
 using walking::Leg, walking::Robot, walking::Side;
@@ -40,7 +139,7 @@ class RobotReader {
     try {
       walking::measure(robot_);
     } catch (const std::invalid_argument& e) {
-      file_.fail("legs", e.what());
+      file_.fail("legs", "{}", e.what());
     }
     return std::move(robot_);
   }
@@ -52,11 +151,10 @@ class RobotReader {
 
   int base() const {
     const int body = mj_name2id(&m_, mjOBJ_BODY, file_.base.c_str());
-    if (body < 0) file_.fail("base", fmt::format("the model has no body '{}'", file_.base));
+    if (body < 0) file_.fail("base", "the model has no body '{}'", file_.base);
     const int joint = m_.body_jntadr[body];
     if (joint != 0 || m_.jnt_type[joint] != mjJNT_FREE)
-      file_.fail("base",
-                 fmt::format("body '{}' has no free joint, expected the model's first joint", file_.base));
+      file_.fail("base", "body '{}' has no free joint, expected the model's first joint", file_.base);
     return body;
   }
 
@@ -74,7 +172,7 @@ class RobotReader {
     for (; body != base_ && body != 0; body = m_.body_parentid[body])
       for (int k = m_.body_jntnum[body]; k-- > 0;)
         if (const auto found = std::ranges::find(joints_, m_.body_jntadr[body] + k); found != joints_.end())
-          return static_cast<int>(found - joints_.begin());
+          return int(found - joints_.begin());
     return -1;
   }
 
@@ -90,7 +188,7 @@ class RobotReader {
       const bool on_same = !joints_.empty() && m_.jnt_bodyid[joints_.back()] == body;
       made.parent = on_same ? i - 1 : mover(m_.body_parentid[body]);
       made.offset = anchor(joint);
-      if (made.parent >= 0) made.offset -= anchor(joints_[static_cast<std::size_t>(made.parent)]);
+      if (made.parent >= 0) made.offset -= anchor(joints_[std::size_t(made.parent)]);
       made.axis = Vector3d(data_->xaxis + 3 * joint);
       if (m_.jnt_limited[joint])
         made.lowest = m_.jnt_range[2 * joint], made.highest = m_.jnt_range[2 * joint + 1];
@@ -102,9 +200,8 @@ class RobotReader {
 
   int index(const std::string& key, const std::string& name) const {
     const auto found = std::ranges::find(robot_.joints, name, &walking::Joint::name);
-    if (found == robot_.joints.end())
-      file_.fail(key, fmt::format("the model has no joint '{}' with a servo", name));
-    return static_cast<int>(found - robot_.joints.begin());
+    if (found == robot_.joints.end()) file_.fail(key, "the model has no joint '{}' with a servo", name);
+    return int(found - robot_.joints.begin());
   }
   std::vector<int> indices(const std::string& key, const std::vector<std::string>& names) const {
     std::vector<int> all;
@@ -126,11 +223,11 @@ class RobotReader {
     const std::string key = fmt::format("feet.{}", kSides[side]);
     const int sole = site(fmt::format("{}_sole", kSides[side])), foot = m_.site_bodyid[sole];
     if (mover(foot) != leg.joints.back())
-      file_.fail(key, fmt::format("body '{}' is not on the link of {}", file_.feet[side].body,
-                                  robot_.joints[static_cast<std::size_t>(leg.joints.back())].name));
+      file_.fail(key, "body '{}' is not on the link of {}", file_.feet[side].body,
+                 robot_.joints[std::size_t(leg.joints.back())].name);
     const Isometry3d X_WS = site_pose(sole);
     leg.X_FS = X_WS;
-    leg.X_FS.pretranslate(-anchor(joints_[static_cast<std::size_t>(leg.joints.back())]));
+    leg.X_FS.pretranslate(-anchor(joints_[std::size_t(leg.joints.back())]));
     const RobotFile::Foot& foot_keys = file_.feet[side];
     leg.pad_stiffness << foot_keys.pad_roll_nm_rad, foot_keys.pad_pitch_nm_rad;
     leg.pad_lag_s = foot_keys.pad_lag_s;
@@ -138,13 +235,11 @@ class RobotReader {
     for (const int geom : contacts(m_, foot)) extend(shape, X_WS.inverse(), geom);
     leg.sole_min = shape.min().head<2>(), leg.sole_max = shape.max().head<2>();
     if (!(leg.sole_min.array() < leg.sole_max.array()).all())
-      file_.fail(key,
-                 fmt::format("body '{}' has no sole, expected geoms that touch the floor at several places",
-                             file_.feet[side].body));
+      file_.fail(key, "body '{}' has no sole, expected geoms that touch the floor at several places",
+                 file_.feet[side].body);
     if (!(std::abs(shape.min().z()) <= kSoleDepth))
-      file_.fail(
-          key, fmt::format("the contacts end {:.4g} m {} the point sole_m, expected this point on the ground",
-                           std::abs(shape.min().z()), shape.min().z() > 0 ? "above" : "below"));
+      file_.fail(key, "the contacts end {:.4g} m {} the point sole_m, expected this point on the ground",
+                 std::abs(shape.min().z()), shape.min().z() > 0 ? "above" : "below");
     for (int body = foot; mover(body) == leg.joints.back(); body = m_.body_parentid[body])
       for (int k = m_.body_jntnum[body]; k-- > 0;) add_spring(leg, X_WS, m_.body_jntadr[body] + k);
   }
@@ -182,11 +277,11 @@ class RobotReader {
     for (const auto& [name, angle] : file_.posture_rad) {
       const std::string key = "posture_deg." + name;
       const int i = index(key, name);
-      const walking::Joint& joint = robot_.joints[static_cast<std::size_t>(i)];
+      const walking::Joint& joint = robot_.joints[std::size_t(i)];
       constexpr double kDegree = std::numbers::pi / 180;
       if (angle < joint.lowest || angle > joint.highest)
-        file_.fail(key, fmt::format("is {:g}, expected {:.4g} to {:.4g}, the joint's range", angle / kDegree,
-                                    joint.lowest / kDegree, joint.highest / kDegree));
+        file_.fail(key, "is {:g}, expected {:.4g} to {:.4g}, the joint's range", angle / kDegree,
+                   joint.lowest / kDegree, joint.highest / kDegree);
       robot_.posture[i] = angle;
     }
     pose_at(robot_.posture);
@@ -205,13 +300,41 @@ class RobotReader {
 
 }  // namespace
 
+Model join(const Element& robot, const std::string& room, const fs::path& models, Shapes shapes) {
+  const auto file_of = [&](const std::string& name) {
+    return NameOrPath(name).is_path() ? fs::path(name) : models / (name + ".xml");
+  };
+  std::vector<Element> parts{robot, adapted_room(file_of(room))};
+  Element whole{"mujoco", robot.attributes};
+  if (shapes == Shapes::floor) {
+    whole.add("compiler", {{"discardvisual", "true"}});
+    Element& world = *std::ranges::find(parts[1].children, "worldbody", &Element::name);
+    const bool wide = keep_floors(world);
+    const bool none = world.children.empty();
+    if (!wide) parts.insert(parts.begin() + 1, adapted_room(file_of(kPhysicalRoom)));
+    if (none) parts.pop_back();
+  }
+  for (Element& part : parts) {
+    if (&part != &parts[0]) rename_clashes(part, robot);
+    std::ranges::move(part.children, std::back_inserter(whole.children));
+  }
+  Model model = load_mjcf(whole, fmt::format("the robot in {}", room));
+  keep_quaternions(*robot.child("worldbody"), *model);
+  mj_setConst(model.get(), Data(mj_makeData(model.get())).get());
+  return model;
+}
+
+Model load_model(const RobotFile& robot, const std::string& room, const fs::path& models, Shapes shapes) {
+  return join(adapt(robot).root, room, models, shapes);
+}
+
 Robot read_robot(const mjModel& model, const RobotFile& file) { return RobotReader(model, file).read(); }
 
-Models::Models(const RobotFile& file, const std::string& room, const std::filesystem::path& folder)
+Models::Models(const RobotFile& file, const std::string& room, const fs::path& folder)
     : Models(adapt(file).root, file, room, folder) {}
 
 Models::Models(const model_file::Element& adapted, const RobotFile& file, const std::string& room,
-               const std::filesystem::path& folder)
+               const fs::path& folder)
     : on_floor(join(adapted, room, folder, Shapes::floor)),
       in_room(join(adapted, room, folder, Shapes::all)),
       robot(read_robot(*on_floor, file)),
@@ -235,7 +358,7 @@ controllers::RobotDescription describe(const Models& models, const RobotFile& fi
   description.X_BG.linear() = walking::imu_in_base(robot, robot.posture);
   description.X_BG.translation() = Vector3d(data->site_xpos + 3 * imu);
   for (const Side side : {Side::right, Side::left})
-    description.X_BS[static_cast<std::size_t>(side)] =
+    description.X_BS[std::size_t(side)] =
         walking::sole_in_base(robot, side, walking::leg_angles(robot.leg(side), robot.posture));
   return description;
 }

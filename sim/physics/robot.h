@@ -2,9 +2,26 @@
 #pragma once
 
 #include "sim/controllers/controller.h"
-#include "sim/physics/robot_in_room.h"
+#include "sim/physics/model.h"
 
 namespace sim::physics {
+
+/// The physics' room, a bare floor: the shapes of a furnished room would slow down each step. Collisions
+/// with them are checked separately (clearance.h). A room's geoms of class floor are added to the
+/// bare floor, or replace it if they include a plane or a height field.
+inline constexpr char kPhysicalRoom[] = "floor";
+
+/// The shapes to keep: all visible ones, or only the room's floor and the robot shapes that can touch
+/// something (faster to step).
+enum class Shapes { all, floor };
+
+/// Returns an adapted robot in its room as one model. Names in the room that the robot also uses are
+/// changed. Throws std::runtime_error "file:line: ..." if a file is rejected.
+Model join(const model_file::Element& robot, const std::string& room, const fs::path& models, Shapes shapes);
+/// Returns the robot in its room as one model. Throws std::runtime_error "file:line: ..." if a file is
+/// rejected.
+Model load_model(const RobotFile& robot, const std::string& room, const fs::path& models,
+                 Shapes shapes = Shapes::all);
 
 /// Throws std::invalid_argument with one line: "file:line:column: key: what is wrong, expected ..." for names
 /// in robot.yaml, otherwise with the element of the model.
@@ -13,9 +30,9 @@ walking::Robot read_robot(const mjModel_& model, const RobotFile& file);
 /// The models of a run. Each file is opened once; users copy these models.
 struct Models {
   /// Throws std::runtime_error if a model does not load, and whatever read_robot() throws.
-  Models(const RobotFile& robot, const std::string& room, const std::filesystem::path& folder);
+  Models(const RobotFile& robot, const std::string& room, const fs::path& folder);
   Models(const model_file::Element& adapted, const RobotFile& robot, const std::string& room,
-         const std::filesystem::path& folder);
+         const fs::path& folder);
   /// Moves head camera and chest IMU in both models, not in `robot`. Throws std::invalid_argument as
   /// place_of().
   void mount(const rig::Mount& camera, const rig::Mount& imu);

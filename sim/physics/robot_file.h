@@ -2,10 +2,9 @@
 // sim/scenario reads it, and includes only this header and options.h of this folder.
 #pragma once
 
-#include <filesystem>
 #include <map>
-#include <stdexcept>
 
+#include "sim/files/text.h"
 #include "sim/rig/rig.h"
 #include "walking/robot.h"
 
@@ -16,11 +15,11 @@ namespace sim::physics {
 /// ahead, z up) and imu; the camera head_camera; and the soles' force and torque sensors left_force,
 /// left_torque, right_force and right_torque.
 struct RobotFile {
-  std::filesystem::path folder;  ///< its name is the robot's
+  fs::path folder;  ///< its name is the robot's
   std::string model = "robot.xml";
-  std::map<std::string, std::filesystem::path> packages;  ///< folders of a URDF's packages
-  std::string base;                                       ///< body with the free joint: the plan's waist
-  rig::Mount head_camera, imu;  ///< the camera's mount and the stabilizer IMU's; with links
+  std::map<std::string, fs::path> packages;  ///< folders of a URDF's packages
+  std::string base;                          ///< body with the free joint: the plan's waist
+  rig::Mount head_camera, imu;               ///< the camera's mount and the stabilizer IMU's; with links
   std::array<std::vector<std::string>, 2> legs, arms;  ///< by Side; joints, hip to ankle; shoulder, elbow
 
   struct Foot {
@@ -61,10 +60,11 @@ struct RobotFile {
   std::map<std::string, std::string> places;  ///< "file:line:column" of each key, for messages
 
   /// Throws std::invalid_argument "file:line:column: key: message".
-  [[noreturn]] void fail(const std::string& key, const std::string& message) const {
+  template <typename... T>
+  [[noreturn]] void fail(const std::string& key, fmt::format_string<T...> message, T&&... values) const {
     const auto place = places.find(key);
     throw std::invalid_argument((place == places.end() ? (folder / "robot.yaml").string() : place->second) +
-                                ": " + key + ": " + message);
+                                ": " + key + ": " + fmt::format(message, std::forward<T>(values)...));
   }
 };
 

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <stdexcept>
 #include <utility>
 
 namespace sim::physics {
@@ -48,7 +47,7 @@ Soles::Soles(mjModel& model, double friction, std::vector<FloorPatch> patches, s
     : floor_(model), friction_(friction), patches_(std::move(patches)), waves_(std::move(waves)) {
   for (std::size_t foot = 0; foot < 2; ++foot)
     for (const int geom : contacts(model, model.site_bodyid[sole_site(model, foot)]))
-      pads_.push_back({geom, static_cast<int>(foot), model.geom_pos[3 * geom + 2]});
+      pads_.push_back({geom, int(foot), model.geom_pos[3 * geom + 2]});
   for (const Pad& pad : pads_) model.geom_friction[3 * pad.geom] = friction_;
 }
 
@@ -83,16 +82,16 @@ void Soles::add_contact_forces(const mjModel& model, const mjData& data, std::si
   std::vector<Friction> pads;
   for (const mjContact* c = data.contact; c < data.contact + data.ncon; ++c) {
     const auto touches = [&](const Pad& pad) {
-      return pad.foot == static_cast<int>(foot) && (pad.geom == c->geom1 || pad.geom == c->geom2);
+      return pad.foot == int(foot) && (pad.geom == c->geom1 || pad.geom == c->geom2);
     };
-    const auto pad = std::find_if(pads_.begin(), pads_.end(), touches);
+    const auto pad = std::ranges::find_if(pads_, touches);
     if (pad == pads_.end() || c->efc_address < 0) continue;
     sum_[foot].load += data.efc_force[c->efc_address];
     pads.push_back(friction(data, *c, pad->geom == c->geom2 ? 1 : -1));
   }
   if (pads.empty()) return;
   // The rigid motion closest to the pads' motion.
-  const double dt = model.opt.timestep, count = static_cast<double>(pads.size());
+  const double dt = model.opt.timestep, count = double(pads.size());
   Eigen::Vector2d center = Eigen::Vector2d::Zero(), mean = Eigen::Vector2d::Zero();
   for (const Friction& pad : pads) {
     center += pad.place / count;
@@ -190,7 +189,7 @@ void World::apply(const PlantVariation& draw) {
     m->actuator_biasprm[mjNBIAS * servo + 1] *= draw.servo_scale[servo];
   }
   const auto body_of = [this](Eigen::Index link) {
-    return link == 0 ? ids_.waist : ids_.body[static_cast<std::size_t>(link - 1)];
+    return link == 0 ? ids_.waist : ids_.body[std::size_t(link - 1)];
   };
   for (Eigen::Index link = 0; link < draw.mass_scale.size(); ++link) {
     m->body_mass[body_of(link)] *= draw.mass_scale[link];
@@ -251,7 +250,7 @@ void World::place_held() {
 // The limit applies to a servo's whole torque. MuJoCo adds damping and added torque separately.
 void World::limit_torques() {
   for (int joint = 0; joint < model_->nu; ++joint) {
-    const walking::Joint& limits = robot_.joints[static_cast<std::size_t>(joint)];
+    const walking::Joint& limits = robot_.joints[std::size_t(joint)];
     if (std::isinf(limits.effort)) continue;
     const double damping = damping_torque(joint) - added_torque(joint);
     const double force =
@@ -260,7 +259,7 @@ void World::limit_torques() {
                  share = torque / (torque < 0 ? limits.lowest_effort : limits.effort);
     if (share > largest_share_.value) largest_share_ = {share, joint};
     if (share > 1) {
-      ++limited_ms_[static_cast<std::size_t>(joint)];
+      ++limited_ms_[std::size_t(joint)];
       at_limit_ |= std::ranges::any_of(
           robot_.legs, [&](const walking::Leg& leg) { return std::ranges::count(leg.joints, joint) > 0; });
     }
@@ -367,7 +366,7 @@ std::string World::fall_text(const Eigen::Isometry3d& X_WB) const {
   const double way = std::remainder(std::atan2(up.y(), up.x()) - std::atan2(ahead.y(), ahead.x()), 2 * M_PI);
   const double now = std::chrono::duration<double>(time_).count();
   std::string text = fmt::format("{} at {:.2f} s{}: the waist is {:.2f} m high and tilted by {:.0f} deg",
-                                 kWays[static_cast<std::size_t>(std::lround(way / M_PI_2) + 4) % 4], now,
+                                 kWays[std::size_t(std::lround(way / M_PI_2) + 4) % 4], now,
                                  settling_ ? " of settling" : "", X_WB.translation().z(),
                                  std::acos(std::clamp(up.z(), -1.0, 1.0)) * 180 / M_PI);
   constexpr double kBlamed_s = 5;  // after a push
@@ -376,7 +375,7 @@ std::string World::fall_text(const Eigen::Isometry3d& X_WB) const {
       text +=
           fmt::format(", {:.1f} s after the start of a push of {} N s", now - push.time_s, push.impulse_ns);
   const auto longest = std::ranges::max_element(limited_ms_);
-  const auto name = [&](std::ptrdiff_t joint) { return robot_.joints[static_cast<std::size_t>(joint)].name; };
+  const auto name = [&](std::ptrdiff_t joint) { return robot_.joints[std::size_t(joint)].name; };
   if (largest_share_.value > 1)
     text += fmt::format(", {:.2f} s at a torque limit ({})", 1e-3 * *longest,
                         name(longest - limited_ms_.begin()));

@@ -1,12 +1,11 @@
-#include "sim/physics/written.h"
-
-#include <fmt/format.h>
 #include <mujoco/mjxmacro.h>
 #include <mujoco/mujoco.h>
 
 #include <algorithm>
 #include <span>
 #include <sstream>
+
+#include "sim/physics/compiled.h"
 
 #undef MJ_M
 #define MJ_M(size) m_.size

@@ -53,7 +53,7 @@ struct Ends {
   sigset_t none;
   ::sigemptyset(&none);
   ::sigprocmask(SIG_SETMASK, &none, nullptr);
-  for (int file = 0; file < 3; ++file) ::dup2(standard[static_cast<std::size_t>(file)], file);
+  for (int file = 0; file < 3; ++file) ::dup2(standard[std::size_t(file)], file);
   ::execvp(words[0], words);
   const int why = errno;
   [[maybe_unused]] const ssize_t written = ::write(report, &why, sizeof why);
@@ -76,7 +76,7 @@ void kill_descendants() {
     ::close(file);
     pid_t child = 0;
     for (ssize_t i = 0; i < bytes; ++i) {
-      const char c = text[static_cast<std::size_t>(i)];
+      const char c = text[std::size_t(i)];
       if (c != ' ') {
         child = 10 * child + (c - '0');
       } else if (child > 1) {
@@ -245,7 +245,7 @@ void ChildProgram::send(std::string_view bytes, const TimeLimit& limit) {
   while (!bytes.empty()) {
     const ssize_t sent = ::send(in_, bytes.data(), bytes.size(), MSG_NOSIGNAL);
     if (sent >= 0)
-      bytes.remove_prefix(static_cast<std::size_t>(sent));
+      bytes.remove_prefix(std::size_t(sent));
     else if (ended_ || (errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR))
       fail_ended();
     else if (!wait_for(in_, POLLOUT, limit))
@@ -258,7 +258,7 @@ std::string ChildProgram::receive(std::size_t bytes, const TimeLimit& limit) {
   for (std::size_t at = 0; at < bytes;) {
     const ssize_t got = ::read(out_, received.data() + at, bytes - at);
     if (got > 0)
-      at += static_cast<std::size_t>(got);
+      at += std::size_t(got);
     else if (got == 0 || ended_ || (errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR))
       fail_ended(at == 0 ? "" : fmt::format(" after {} of {} bytes of a message", at, bytes));
     else if (!wait_for(out_, POLLIN, limit))
@@ -271,7 +271,7 @@ std::string ChildProgram::receive(std::size_t bytes, const TimeLimit& limit) {
 
 std::string ChildProgram::unread() {
   std::string bytes(4096, '\0');
-  bytes.resize(static_cast<std::size_t>(std::max<ssize_t>(0, ::read(out_, bytes.data(), bytes.size()))));
+  bytes.resize(std::size_t(std::max<ssize_t>(0, ::read(out_, bytes.data(), bytes.size()))));
   return bytes;
 }
 
@@ -285,7 +285,7 @@ bool ChildProgram::wait_for(int file, short events, const TimeLimit& limit) {
     return false;
   }
   std::array files{pollfd{file, events, 0}, pollfd{error_, POLLIN, 0}, pollfd{report_, POLLIN, 0}};
-  ::poll(files.data(), files.size(), static_cast<int>(std::min<long long>(left.count(), 1000)));
+  ::poll(files.data(), files.size(), int(std::min<long long>(left.count(), 1000)));
   if (files[1].revents != 0) read_log();
   has_ended();
   return true;
@@ -297,7 +297,7 @@ void ChildProgram::read_log() {
   while (error_ >= 0 && (got = ::read(error_, buffer.data(), buffer.size())) != 0) {
     if (got < 0 && errno == EINTR) continue;
     if (got < 0) return;
-    log_.append(buffer.data(), static_cast<std::size_t>(got));
+    log_.append(buffer.data(), std::size_t(got));
     if (log_.size() <= 2 * kMostLog) continue;
     log_lost_ += log_.size() - kMostLog;
     log_.erase(0, log_.size() - kMostLog);
@@ -309,9 +309,7 @@ void ChildProgram::read_log() {
 bool ChildProgram::has_ended() {
   Ended ended{};
   if (ended_ || !read_whole(report_, ended)) return ended_;
-  const auto ms = [](const timeval& time) {
-    return 1e3 * static_cast<double>(time.tv_sec) + 1e-3 * static_cast<double>(time.tv_usec);
-  };
+  const auto ms = [](const timeval& time) { return 1e3 * double(time.tv_sec) + 1e-3 * double(time.tv_usec); };
   status_ = ended.status;
   whole_cpu_ms_ = ms(ended.used.ru_utime) + ms(ended.used.ru_stime);
   return ended_ = true;
@@ -382,7 +380,7 @@ double ChildProgram::cpu_ms() const {
   clockid_t clock{};
   timespec used{};
   if (::clock_getcpuclockid(process_, &clock) != 0 || ::clock_gettime(clock, &used) != 0) return 0;
-  return 1e3 * static_cast<double>(used.tv_sec) + 1e-6 * static_cast<double>(used.tv_nsec);
+  return 1e3 * double(used.tv_sec) + 1e-6 * double(used.tv_nsec);
 }
 
 }  // namespace sim::programs

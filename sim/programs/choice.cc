@@ -20,7 +20,7 @@ std::optional<std::string> hash_of(const fs::path& file) {
   if (!in || !fs::is_regular_file(file, fault)) return std::nullopt;
   files::Hash hash;
   for (std::array<char, 1 << 16> piece; in.read(piece.data(), piece.size()), in.gcount() > 0;)
-    hash.add({piece.data(), static_cast<std::size_t>(in.gcount())});
+    hash.add({piece.data(), std::size_t(in.gcount())});
   return hash.hex();
 }
 

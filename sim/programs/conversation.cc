@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-
 namespace sim::programs {
 namespace {
 
@@ -16,7 +14,7 @@ constexpr const char* kUnsolicited =
 
 std::string message(Message type, std::initializer_list<std::string_view> parts) {
   Header header;
-  header.type = static_cast<std::uint32_t>(type);
+  header.type = std::uint32_t(type);
   for (const std::string_view part : parts) header.bytes += part.size();
   std::string bytes;
   bytes.reserve(sizeof header + header.bytes);
@@ -35,12 +33,12 @@ std::size_t payload_bytes(std::string_view header, Message type, std::size_t mos
   if (!is_message)
     throw InvalidMessage(
         fmt::format("its standard output is not a message: it starts with '{}'", printable(bytes_of(words))));
-  if (words.type != static_cast<std::uint32_t>(type))
+  if (words.type != std::uint32_t(type))
     throw InvalidMessage(fmt::format("its message is of type {}, expected {}", words.type, int(type)));
   if (words.bytes > most)
     throw InvalidMessage(
         fmt::format("its message announces {} bytes, expected at most {}", words.bytes, most));
-  return static_cast<std::size_t>(words.bytes);
+  return std::size_t(words.bytes);
 }
 
 void fail_short(const char* of, std::size_t bytes, std::size_t expected) {

@@ -123,7 +123,7 @@ Eigen::Vector3d first_acceleration(const std::vector<Reading>& readings) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   const std::size_t count = std::min<std::size_t>(20, readings.size());
   for (std::size_t i = 0; i < count; ++i) sum += readings[i].accelerometer.value_or(Eigen::Vector3d::Zero());
-  return sum / std::max(1.0, static_cast<double>(count));
+  return sum / std::max(1.0, double(count));
 }
 
 std::string expected_motion(const files::Table&) {
@@ -346,7 +346,7 @@ struct AslFolder::Files {
       const auto& all = sources[i]->all;
       const auto row = std::ranges::lower_bound(all, t);
       if (row != all.end() && *row == t)
-        motion_sources()[i].read(sources[i]->rows()[static_cast<std::size_t>(row - all.begin())], o);
+        motion_sources()[i].read(sources[i]->rows()[std::size_t(row - all.begin())], o);
     }
     return o;
   }
@@ -390,9 +390,7 @@ const Truth& AslFolder::truth() const { return files_->truth; }
 
 const std::vector<slam::Stamp>& AslFolder::times() const { return files_->times; }
 
-double AslFolder::part() const {
-  return static_cast<double>(files_->next_image) / static_cast<double>(files_->images.size());
-}
+double AslFolder::part() const { return double(files_->next_image) / double(files_->images.size()); }
 
 std::optional<slam::Observation> AslFolder::next() {
   if (files_->next_image == files_->images.size()) return std::nullopt;

@@ -60,7 +60,7 @@ CachePlace cache_place() {
     if (!gigabytes || *gigabytes < 0 || *gigabytes > 1e9)
       throw std::invalid_argument(
           fmt::format("GAITSLAM_CACHE_GB is '{}', expected a number of gigabytes", *text));
-    place.most_bytes = static_cast<std::uintmax_t>(*gigabytes * 1e9);
+    place.most_bytes = std::uintmax_t(*gigabytes * 1e9);
   }
   return place;
 }

@@ -1,6 +1,4 @@
-#include <fmt/format.h>
 
-#include <limits>
 
 #include "sim/recording/asl_folder.h"
 
@@ -18,7 +16,7 @@ Turns turns(const std::vector<files::TumRow>& poses, slam::Stamp begin, std::siz
   std::vector<std::optional<Eigen::Quaterniond>> at(size);
   std::size_t next = 1;
   for (std::size_t k = 0; k < size; ++k) {
-    const slam::Stamp t = begin + static_cast<std::int64_t>(k) * kStep;
+    const slam::Stamp t = begin + std::int64_t(k) * kStep;
     while (next < poses.size() && poses[next].t < t) ++next;
     if (next >= poses.size()) break;
     const files::TumRow &a = poses[next - 1], &b = poses[next];
@@ -45,10 +43,10 @@ struct Correlation {
 /// Correlates the angles of the turns for an offset. The mean turns are subtracted, which removes a bias.
 Correlation correlation(const Turns& truth, const Turns& gyro, int lag) {
   Correlation c;
-  const auto size = static_cast<int>(truth.size());
+  const auto size = int(truth.size());
   const auto each = [&](const auto& take) {
     for (int k = std::max(0, -lag); k < size - std::max(0, lag); ++k) {
-      const auto &a = truth[static_cast<std::size_t>(k)], &b = gyro[static_cast<std::size_t>(k + lag)];
+      const auto &a = truth[std::size_t(k)], &b = gyro[std::size_t(k + lag)];
       if (a && b) take(*a, *b);
     }
   };
@@ -77,7 +75,7 @@ std::optional<GyroComparison> compare_gyro(const std::vector<TimedRotation>& gyr
   if (gyro.empty() || truth.empty()) return std::nullopt;
   const slam::Stamp margin = kMostLag * kStep, begin = truth.front().t - margin;
   const slam::Stamp end = std::min(truth.back().t, truth.front().t + kHour) + margin;
-  const auto size = static_cast<std::size_t>((end - begin) / kStep);
+  const auto size = std::size_t((end - begin) / kStep);
   std::vector<files::TumRow> integral{{{gyro.front().t}, std::nullopt}};
   for (std::size_t i = 1; i < gyro.size(); ++i) {
     const Eigen::Vector3d turn =
@@ -94,7 +92,7 @@ std::optional<GyroComparison> compare_gyro(const std::vector<TimedRotation>& gyr
   if (best->r < kLeastCorrelation) return std::nullopt;
   const auto evidence = [&](double r) { return best->evidence(std::min(r, kMostCorrelation)); };
   const bool decisive = evidence(best->r) - evidence(as_stamped) >= kDecisive;
-  const auto lag = decisive ? static_cast<int>(best - all.begin()) - kMostLag : 0;
+  const auto lag = decisive ? int(best - all.begin()) - kMostLag : 0;
   GyroComparison comparison{0, best->r, as_stamped, best->gain};
   if (decisive) {  // between the steps, at the vertex of a parabola
     double between = 0;

@@ -1,7 +1,6 @@
 #include "sim/recording/image_file.h"
 
 #include <dlfcn.h>
-#include <fmt/format.h>
 #include <libdeflate.h>
 
 #include <algorithm>
@@ -41,7 +40,7 @@ std::size_t big_endian(std::string_view bytes) {
 }
 
 void append_big_endian(std::string& out, std::size_t n) {
-  for (int shift = 24; shift >= 0; shift -= 8) out += static_cast<char>(n >> shift & 0xff);
+  for (int shift = 24; shift >= 0; shift -= 8) out += char(n >> shift & 0xff);
 }
 
 void append_chunk(std::string& out, std::string_view name, std::string_view data) {
@@ -52,8 +51,8 @@ void append_chunk(std::string& out, std::string_view name, std::string_view data
 }
 
 std::string compressed(const cv::Mat& image) {
-  const int width = image.cols * static_cast<int>(image.elemSize()), swap = swapped(image.type());  // bytes
-  std::string coded(static_cast<std::size_t>(image.rows) * static_cast<std::size_t>(width + 1), '\0');
+  const int width = image.cols * int(image.elemSize()), swap = swapped(image.type());  // bytes
+  std::string coded(std::size_t(image.rows) * std::size_t(width + 1), '\0');
   auto* to = reinterpret_cast<Byte*>(coded.data());
   const cv::Mat nothing = cv::Mat::zeros(1, width, CV_8UC1);
   for (int v = 0; v < image.rows; ++v) {
@@ -96,7 +95,7 @@ cv::Mat decode_image(const fs::path& file, std::string_view bytes, const cv::Siz
     if (bytes.starts_with(kJpeg) && bytes.find(kJpegEnd, bytes.size() / 2) == bytes.npos)
       throw files::FileError(file, "is cut off: the image has no end");
     const auto imdecode = opencv_decoder(file);
-    const cv::Mat row(1, static_cast<int>(bytes.size()), CV_8UC1, const_cast<char*>(bytes.data()));
+    const cv::Mat row(1, int(bytes.size()), CV_8UC1, const_cast<char*>(bytes.data()));
     try {
       image = imdecode(row, cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION);
     } catch (const cv::Exception&) {  // leaves `image` empty, as most faults in the bytes do
@@ -110,8 +109,8 @@ cv::Mat decode_image(const fs::path& file, std::string_view bytes, const cv::Siz
 std::string encode_png(const cv::Mat& image) {
   CV_Assert(!png_format(image.type()).empty());
   std::string header, png(kSignature);
-  append_big_endian(header, static_cast<std::size_t>(image.cols));
-  append_big_endian(header, static_cast<std::size_t>(image.rows));
+  append_big_endian(header, std::size_t(image.cols));
+  append_big_endian(header, std::size_t(image.rows));
   append_chunk(png, "IHDR", header.append(png_format(image.type())));
   append_chunk(png, "IDAT", compressed(image));
   return png.append(kEnd);
@@ -126,14 +125,14 @@ std::optional<cv::Mat> decode_png(std::string_view png, int type) {
   const std::size_t width = big_endian(png.substr(16)), height = big_endian(png.substr(20));
   if (width == 0 || height == 0 || width > kLargest || height > kLargest) return std::nullopt;
   const std::size_t row_bytes = width * CV_ELEM_SIZE(type);
-  const auto swap = static_cast<std::size_t>(swapped(type));
+  const auto swap = std::size_t(swapped(type));
   std::string coded(height * (row_bytes + 1), '\0');
   const std::unique_ptr<libdeflate_decompressor, decltype(&libdeflate_free_decompressor)> decompressor(
       libdeflate_alloc_decompressor(), &libdeflate_free_decompressor);
   if (libdeflate_zlib_decompress(decompressor.get(), png.data() + kPixels, png.size() - kPixels - 16,
                                  coded.data(), coded.size(), nullptr) != LIBDEFLATE_SUCCESS)
     return std::nullopt;
-  cv::Mat image(static_cast<int>(height), static_cast<int>(width), type);
+  cv::Mat image(int(height), int(width), type);
   const std::string nothing(row_bytes, '\0');
   const auto* from = reinterpret_cast<const Byte*>(coded.data());
   const auto* above = reinterpret_cast<const Byte*>(nothing.data());

@@ -40,7 +40,7 @@ Manifest::Manifest(const fs::path& folder) : folder_(folder) {
     if (rows.text(0).size() != 32) rows.fail(0, "expected a hash of 32 hexadecimal digits");
     if (rows.integer(1) < 0) rows.fail(1, "a negative size");
     files::contained_path(folder, rows.text(2));
-    const Entry entry{static_cast<std::uint64_t>(rows.integer(1)), std::string(rows.text(0))};
+    const Entry entry{std::uint64_t(rows.integer(1)), std::string(rows.text(0))};
     if (!entries_.emplace(rows.text(2), entry).second) rows.fail(2, "this file is listed twice");
   }
   files::Hash own;

@@ -23,7 +23,7 @@ Eigen::Vector3d reading(const files::Row& row, const std::vector<files::Column>&
     if (std::abs(value) > kLargestReading)
       row.fail(columns[axis].field, "{0}: {1} {2}, expected from -{3:.0f} to {3:.0f} {2}", sensor, value,
                unit, kLargestReading);
-    values[static_cast<Eigen::Index>(axis)] = value;
+    values[Eigen::Index(axis)] = value;
   }
   return values;
 }
@@ -33,7 +33,7 @@ using Joints = std::vector<std::string>;
 std::string plan_fields(const slam::Observation& o) {
   const slam::PlannedMotion& plan = *o.plan;
   return fmt::format("{},{},{},{},{}", files::csv_fields(plan.X_PC), files::csv_fields(plan.v_PC_C),
-                     files::csv_fields(plan.w_PC_C), kSupport.at(static_cast<std::size_t>(plan.support)),
+                     files::csv_fields(plan.w_PC_C), kSupport.at(std::size_t(plan.support)),
                      files::csv_fields(plan.p_CF));
 }
 
@@ -53,7 +53,7 @@ void read_plan(const files::Row& row, slam::Observation& o) {
   plan.X_PC = row.pose(1);
   plan.v_PC_C = row.vector(13);
   plan.w_PC_C = row.vector(16);
-  const auto support = std::find(kSupport.begin(), kSupport.end(), row.text(19));
+  const auto support = std::ranges::find(kSupport, row.text(19));
   if (support == kSupport.end()) row.fail(19, "expected both, left or right");
   plan.support = static_cast<slam::Support>(support - kSupport.begin());
   plan.p_CF = row.vector(20);
@@ -117,7 +117,7 @@ const RigFormat& format_of(rig::Kind kind) {
         "little-endian",
         ".bin"},
        {"imu", "IMU, ideal: means over (previous stamp, stamp]; +g up at rest", ""}}};
-  return kFormats.at(static_cast<std::size_t>(kind));
+  return kFormats.at(std::size_t(kind));
 }
 
 rig::RigSensor head_camera(const RecordingSetup& setup) {
@@ -163,9 +163,8 @@ const std::vector<BodySensor>& body_sensors() {
          return fields;
        },
        [](const files::CsvReader& row, BodyReading& reading) {
-         reading.q.resize(static_cast<Eigen::Index>(row.fields()) - 1);
-         for (std::size_t i = 1; i < row.fields(); ++i)
-           reading.q[static_cast<Eigen::Index>(i) - 1] = row.number(i);
+         reading.q.resize(Eigen::Index(row.fields()) - 1);
+         for (std::size_t i = 1; i < row.fields(); ++i) reading.q[Eigen::Index(i) - 1] = row.number(i);
        }},
       {"forces0", "forces",
        "six-axis force sensors of the ankles, ideal: force and torque of the ground on each foot, axes of "

@@ -1,4 +1,3 @@
-#include <fmt/format.h>
 
 #include "sim/recording/image_file.h"
 #include "sim/recording/sensor_yaml.h"
@@ -48,7 +47,7 @@ std::vector<score::Surface> read_surfaces(const Manifest& manifest) {
   std::vector<score::Surface> surfaces;
   files::CsvReader rows(manifest.check(kSurfaces.file), {kSurfaces.header});
   while (rows.next()) {
-    const auto kind = std::find(kSurfaceKinds.begin(), kSurfaceKinds.end(), rows.text(0));
+    const auto kind = std::ranges::find(kSurfaceKinds, rows.text(0));
     if (kind == kSurfaceKinds.end())
       rows.fail(0, "expected plane, box, sphere, cylinder, ellipsoid, capsule or triangle");
     surfaces.push_back({score::Surface::Kind(kind - kSurfaceKinds.begin()), rows.pose(1), rows.vector(13)});
@@ -153,7 +152,7 @@ struct RecordingReader::Files {
     for (const rig::RigSensor& sensor : setup.rig)
       if (const int with = rig::partner(setup.rig, sensor);
           sensor.kind == rig::Kind::depth && sensor.aligned_with != head.name &&
-          (with < 0 || setup.rig[static_cast<std::size_t>(with)].kind > rig::Kind::color))
+          (with < 0 || setup.rig[std::size_t(with)].kind > rig::Kind::color))
         throw files::FileError(folder / sensor_file(sensor.name),
                                "aligned_with: the rig has no gray or color camera {}", sensor.aligned_with);
   }
@@ -235,13 +234,13 @@ std::optional<slam::Observation> RecordingReader::next(const std::function<bool(
   for (std::size_t i = 0; i < f.rig.size(); ++i)
     f.rig[i].read_frame(observation.t, [&](slam::RigReading reading, std::string_view name) {
       const slam::Stamp t = reading.t;
-      if (!name.empty() && wants && !wants(static_cast<int>(i))) {
+      if (!name.empty() && wants && !wants(int(i))) {
         f.manifest.check(sensor_data(f.setup.rig[i].name) + std::string(name));
         return;
       }
       if (!name.empty()) reading = read_rig_file(f.folder, f.manifest, f.setup.rig[i], std::string(name));
       reading.t = t;
-      reading.sensor = static_cast<int>(i);
+      reading.sensor = int(i);
       observation.rig.push_back(std::move(reading));
     });
   f.add_body(observation);

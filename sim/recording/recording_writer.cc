@@ -115,7 +115,7 @@ struct RecordingWriter::Files {
                std::optional<slam::Stamp> before) {
     for (std::size_t i = 0; i < ideal.rig.size(); ++i) {
       const slam::RigReading& reading = ideal.rig[i];
-      const auto index = static_cast<std::size_t>(reading.sensor);
+      const auto index = std::size_t(reading.sensor);
       require(index < rig.size(), fmt::format("the rig has no sensor {}", reading.sensor));
       require(i == 0 || ideal.rig[i - 1].sensor <= reading.sensor,
               "the rig's readings are not in the order of its sensors");
@@ -169,7 +169,7 @@ void RecordingWriter::add(const slam::Observation& ideal, std::string_view png,
 }
 
 void RecordingWriter::add(const BodyReading& reading) {
-  require(reading.q.size() == static_cast<Eigen::Index>(files_->setup.joints.size()),
+  require(reading.q.size() == Eigen::Index(files_->setup.joints.size()),
           "the encoders do not give one angle for each joint");
   for (std::size_t i = 0; i < files_->body.size(); ++i)
     files_->body[i].add(reading.t, body_sensors()[i].values(reading));

@@ -96,7 +96,7 @@ class SensorFile {
     if (!list.is_list()) fail(list, key, "expected a list of sensors");
     std::vector<std::string> names;
     for (const Yaml& name : list.items) {
-      if (name.kind != Yaml::Kind::scalar) fail(name, key, "expected the name of a sensor");
+      if (!name.is_scalar()) fail(name, key, "expected the name of a sensor");
       names.push_back(name.text);
     }
     return names;
@@ -179,7 +179,7 @@ std::optional<LensKind> lens_named(std::string_view name) {
   const auto plain = [](std::string_view word) {
     std::string text;
     for (const char c : word)
-      if (std::isalnum(static_cast<unsigned char>(c))) text += static_cast<char>(std::tolower(c));
+      if (std::isalnum(static_cast<unsigned char>(c))) text += char(std::tolower(c));
     return text;
   };
   std::string word = plain(name);
@@ -356,7 +356,7 @@ std::string rig_sensor_yaml(const rig::RigSensor& sensor, const slam::Calibratio
   const RigFormat& format = format_of(sensor.kind);
   std::string text = head(std::string(format.type), std::string(format.comment)) +
                      matrix("T_BS", calibration.X_CG.inverse() * sensor.X_CS) + matrix("T_CS", sensor.X_CS) +
-                     fmt::format("kind: {}\n", rig::kKinds.at(static_cast<std::size_t>(sensor.kind)));
+                     fmt::format("kind: {}\n", rig::kKinds.at(std::size_t(sensor.kind)));
   if (rig::is_camera(sensor)) text += intrinsics(sensor.camera);
   if (sensor.kind == rig::Kind::depth) text += fmt::format("aligned_with: {}\n", sensor.aligned_with);
   each_number(sensor,

@@ -35,7 +35,7 @@ score::Band nees_band(std::size_t runs) {
   for (std::uint64_t draw = 0; draw < kDraws; ++draw) {
     double sum = 0;
     for (std::size_t run = 0; run < runs; ++run) sum += of_run[random.bits() % kDraws];
-    means.push_back(sum / static_cast<double>(runs));
+    means.push_back(sum / double(runs));
   }
   return {score::quantile(means, 0.025), score::quantile(means, 0.975)};
 }
@@ -44,7 +44,7 @@ score::Band nees_band(std::size_t runs) {
 score::Band nis_band(const std::vector<result::SeedScore>& seeds) {
   double frames = 0;
   for (const double poses : result::values_of("true_poses", seeds)) frames += poses;
-  return score::mean_band(1, std::max(1, static_cast<int>(frames)));
+  return score::mean_band(1, std::max(1, int(frames)));
 }
 
 }  // namespace

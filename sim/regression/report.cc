@@ -95,12 +95,12 @@ enum class Count { passed, skipped, undecided, failed, run_failed };
 Count count_of(Verdict verdict) {
   using enum Count;
   constexpr Count kCounts[]{passed, passed, passed, failed, undecided, skipped, failed};
-  return kCounts[static_cast<std::size_t>(verdict)];
+  return kCounts[std::size_t(verdict)];
 }
 
 Count count_of(LimitState state) {
   constexpr Count kCounts[]{Count::passed, Count::failed, Count::undecided, Count::run_failed};
-  return kCounts[static_cast<std::size_t>(state)];
+  return kCounts[std::size_t(state)];
 }
 
 bool passes(Count count, bool allow_undecided) {

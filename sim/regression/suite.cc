@@ -35,7 +35,7 @@ Gate read_gate(const Yaml& name, const Yaml& tolerance) {
 std::vector<Gate> read_gates(const Yaml& node) {
   require_map(node, "gate", "metrics with tolerances, as in {ate_se3_rmse_m: {percent: 10}}");
   std::vector<Gate> gates;
-  for (std::size_t i = 0; i < node.keys.size(); ++i) gates.push_back(read_gate(node.keys[i], node.items[i]));
+  for (const auto& [key, value] : node.entries()) gates.push_back(read_gate(key, value));
   if (gates.empty() || gates.size() > kMostGates)
     fail(node, "gate", "has {} metrics, expected 1 to {}", gates.size(), kMostGates);
   return gates;
@@ -179,7 +179,7 @@ Suite read_suite(const fs::path& file) {
             {"consistent",
              [&](const Yaml& value) { read(value, "consistent", kFactor, suite.consistent.emplace()); }},
             {"scenarios", [&](const Yaml& value) {
-               if (value.kind != Yaml::Kind::list) fail(value, "scenarios", "expected a list of scenarios");
+               if (!value.is_list()) fail(value, "scenarios", "expected a list of scenarios");
                for (const Yaml& entry : value.items)
                  suite.entries.push_back(read_entry(entry, file.parent_path()));
              }}});

@@ -67,12 +67,12 @@ Values values_of(const ScenarioResults& baseline, const ScenarioResults& now, co
 double p_of_means(const Values& values, double expected) {
   using Seed = std::optional<std::size_t>;
   const auto log_ratio = [&](std::vector<double> of, Seed without) {
-    if (without) of.erase(of.begin() + static_cast<std::ptrdiff_t>(*without));
+    if (without) of.erase(of.begin() + std::ptrdiff_t(*without));
     return std::log(std::max(score::mean(of), std::numeric_limits<double>::min()) / expected);
   };
   const bool worse = std::abs(log_ratio(values.now, {})) > std::abs(log_ratio(values.baseline, {}));
   const auto &far = worse ? values.now : values.baseline, &near = worse ? values.baseline : values.now;
-  const double side = log_ratio(far, {}) > 0 ? 1 : -1, n = static_cast<double>(far.size());
+  const double side = log_ratio(far, {}) > 0 ? 1 : -1, n = double(far.size());
   double p = 0;
   for (const double sign : {1.0, -1.0}) {
     const auto contrast = [&](Seed without) {
@@ -118,7 +118,7 @@ void judge_change(MetricVerdict& v, const Values& values, const std::optional<do
       of_means ? score::Shift{*v.now - *v.baseline} : score::hodges_lehmann(values.changes);
   v.change = shift.estimate, v.band = shift.interval, v.coverage = shift.coverage;
   const auto worst = std::ranges::max_element(values.worse_by) - values.worse_by.begin();
-  v.worst_seed = values.seeds[static_cast<std::size_t>(worst)];
+  v.worst_seed = values.seeds[std::size_t(worst)];
   v.p = p;
   const double tolerated = tolerance(v.gate, *v.baseline),
                worse = of_means ? score::loss(*v.now, direction) - score::loss(*v.baseline, direction)
@@ -278,7 +278,7 @@ std::optional<double> tolerated_factor(const Gate& gate) {
 std::string_view word(Verdict verdict) {
   static constexpr std::array<std::string_view, 7> kWords{"IDENTICAL", "SAME", "BETTER", "FAIL",
                                                           "UNDECIDED", "NEW",  "MISSING"};
-  return kWords[static_cast<std::size_t>(verdict)];
+  return kWords[std::size_t(verdict)];
 }
 
 std::vector<std::string> config_differences(const std::map<std::string, std::string>& baseline,
@@ -332,7 +332,7 @@ ScenarioVerdict compare(const ScenarioResults& baseline, const ScenarioResults& 
 
 std::string word(LimitState state) {
   static constexpr std::array<const char*, 4> kWords{"ok", "MISSED", "UNDECIDED", "RUN FAILED"};
-  return kWords[static_cast<std::size_t>(state)];
+  return kWords[std::size_t(state)];
 }
 
 std::vector<LimitVerdict> judge_limits(const scenario::Scenario& scenario,

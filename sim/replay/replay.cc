@@ -9,8 +9,6 @@
 namespace sim::replay {
 namespace {
 
-namespace fs = std::filesystem;
-
 constexpr double kLongest_s = 3600;  // longest duration of a stand command
 
 // Adds no noise to the sensors' own. The walk is required, but only its length is used, as a bound on faults.
@@ -201,14 +199,14 @@ void read_run(const ExternalRun& run, const Frames& frames, result::RunRecord& r
 
 }  // namespace
 
-WalkEnd read_walk_end(const std::filesystem::path& result_folder) {
+WalkEnd read_walk_end(const fs::path& result_folder) {
   const result::About about = result::read_about_of_walk(result_folder / "about.json");
   return {*about.walk, std::nullopt, about.models};
 }
 
-result::Outcome replay(const scenario::ReadScenario& scenario, const std::filesystem::path& recording,
-                       const WalkEnd& walk, const result::ResultPlace& place,
-                       const result::Progress& progress, Recorded recorded) {
+result::Outcome replay(const scenario::ReadScenario& scenario, const fs::path& recording, const WalkEnd& walk,
+                       const result::ResultPlace& place, const result::Progress& progress,
+                       Recorded recorded) {
   files::AtomicFolder folder(place.folder);
   result::Timing timing;
   recording::RecordingReader reader(recording);
@@ -225,9 +223,9 @@ result::Outcome replay(const scenario::ReadScenario& scenario, const std::filesy
   record.counterfactual = walk.counterfactual;
   if (tracking) record.tracked = tracking->finish();
   const result::Outcome outcome =
-      result::write_result(folder.path(), record, place, timing, 1e-9 * static_cast<double>(last.count()));
+      result::write_result(folder.path(), record, place, timing, 1e-9 * double(last.count()));
   if (recorded == Recorded::copied)
-    std::filesystem::copy(recording, folder.path() / "recording", std::filesystem::copy_options::recursive);
+    fs::copy(recording, folder.path() / "recording", fs::copy_options::recursive);
   folder.commit();
   return outcome;
 }
@@ -269,7 +267,7 @@ result::Outcome replay_external(const scenario::ReadScenario& scenario, recordin
   return outcome;
 }
 
-result::Outcome score_external(const scenario::ReadScenario& scenario, const std::filesystem::path& recording,
+result::Outcome score_external(const scenario::ReadScenario& scenario, const fs::path& recording,
                                const WalkEnd& walk, const ExternalRun& run, const result::ResultPlace& place,
                                result::Timing timing) {
   files::AtomicFolder folder(place.folder);
@@ -294,12 +292,11 @@ result::Outcome score_external(const scenario::ReadScenario& scenario, const std
   if (tracked.failed) tracked.untracked = frames.stamps;
   timing.each_frame = false;
   for (const slam::Stamp t : frames.stamps)
-    timing.frames.push_back({.t = t, .filter_ms = run.cpu_ms / static_cast<double>(frames.stamps.size())});
+    timing.frames.push_back({.t = t, .filter_ms = run.cpu_ms / double(frames.stamps.size())});
   record.tracked = std::move(tracked);
   const double end_s = frames.stamps.empty() ? 0 : slam::seconds(frames.stamps.back());
   const result::Outcome outcome = result::write_result(folder.path(), record, place, timing, end_s);
-  if (run.keep && std::filesystem::exists(run.trajectory))
-    std::filesystem::copy_file(run.trajectory, folder.path() / "trajectory.txt");
+  if (run.keep && fs::exists(run.trajectory)) fs::copy_file(run.trajectory, folder.path() / "trajectory.txt");
   folder.commit();
   return outcome;
 }

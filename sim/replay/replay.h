@@ -19,7 +19,7 @@ struct WalkEnd {
 };
 
 /// Reads the about.json of a result folder. Throws FileError.
-WalkEnd read_walk_end(const std::filesystem::path& result_folder);
+WalkEnd read_walk_end(const fs::path& result_folder);
 
 /// Whether a replay copies the recording into its result.
 enum class Recorded { left_out, copied };
@@ -27,9 +27,9 @@ enum class Recorded { left_out, copied };
 /// Replays `recording` and writes a complete result folder: the same bytes as a run of the scenario, except
 /// timing.* and, unless copied, recording/. Throws FileError if the recording was changed, or if `place`
 /// cannot be written.
-result::Outcome replay(const scenario::ReadScenario& scenario, const std::filesystem::path& recording,
-                       const WalkEnd& walk, const result::ResultPlace& place,
-                       const result::Progress& progress, Recorded recorded = Recorded::left_out);
+result::Outcome replay(const scenario::ReadScenario& scenario, const fs::path& recording, const WalkEnd& walk,
+                       const result::ResultPlace& place, const result::Progress& progress,
+                       Recorded recorded = Recorded::left_out);
 
 /// Returns the scenario for a replay of an external recording, with the noise stated in the folder, no
 /// additional sensor errors, and `changes` applied last. Without a walking plan, the initial standard
@@ -47,8 +47,8 @@ enum class PosedBody { camera, imu };
 
 /// The output of an external program for the export of a recording.
 struct ExternalRun {
-  std::filesystem::path trajectory;  ///< in any format that files::read_trajectory reads
-  std::string columns = {};          ///< names of its columns, if given; see files::read_trajectory
+  fs::path trajectory;       ///< in any format that files::read_trajectory reads
+  std::string columns = {};  ///< names of its columns, if given; see files::read_trajectory
   PosedBody body = PosedBody::camera;
   score::Alignment alignment = score::Alignment::none;  ///< aligns its world with W, by the truth
   std::string log = {};                                 ///< output of the program
@@ -61,7 +61,7 @@ struct ExternalRun {
 /// Writes a complete result folder from the poses within 2 ms of frames. Their stamps start at 0 s (as in the
 /// run), at 1e9 s (as in its exports) or, in KITTI format, at the first image. An unusable trajectory counts
 /// as a failure of the program. Throws FileError as replay() does.
-result::Outcome score_external(const scenario::ReadScenario& scenario, const std::filesystem::path& recording,
+result::Outcome score_external(const scenario::ReadScenario& scenario, const fs::path& recording,
                                const WalkEnd& walk, const ExternalRun& run, const result::ResultPlace& place,
                                result::Timing timing);
 

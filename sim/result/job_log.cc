@@ -1,7 +1,6 @@
 #include "sim/result/job_log.h"
 
 #include <fcntl.h>
-#include <fmt/format.h>
 #include <unistd.h>
 
 #include <nlohmann/json.hpp>

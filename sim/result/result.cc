@@ -14,7 +14,7 @@ using nlohmann::ordered_json;
 double clock_ms(clockid_t clock) {
   timespec now{};
   clock_gettime(clock, &now);
-  return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
+  return 1e3 * double(now.tv_sec) + 1e-6 * double(now.tv_nsec);
 }
 
 constexpr std::size_t kFewFrames = 10;  // fewer frames do not show that a sensor is unused
@@ -71,7 +71,7 @@ void write_feet(const fs::path& file, const std::vector<score::FootRow>& rows) {
       "[m],creep_yaw [rad],drift_x [m],drift_y [m],drift_yaw [rad]\n";
   for (const score::FootRow& row : rows) {
     text += fmt::format("{},{},{},{}", row.begin.count(), row.end.count(), row.left ? "left" : "right",
-                        score::kFootPhases[static_cast<std::size_t>(row.phase)]);
+                        score::kFootPhases[std::size_t(row.phase)]);
     for (const Eigen::Vector3d& p : {row.moved, row.creep, row.drift}) text += "," + files::csv_fields(p);
     text += "\n";
   }
@@ -104,7 +104,7 @@ void write_score(const fs::path& file, const scenario::Scenario& scenario, const
     if (metric.note) entry["note"] = *metric.note;
   }
   if (const auto model = scenario.estimator_time.model; tracked && model != scenario::TimeModel::none)
-    json["estimator_time"] = {{"model", scenario::kTimeModels[static_cast<std::size_t>(model)]},
+    json["estimator_time"] = {{"model", scenario::kTimeModels[std::size_t(model)]},
                               {"repeatable", model == scenario::TimeModel::fixed}};
   if (tracked)
     json["tracking"] = {{"observations_refused",

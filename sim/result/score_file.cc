@@ -91,7 +91,7 @@ SeedScore read_score(const fs::path& file) {
   const files::Json json = files::read_json(file);
   SeedScore score;
   score.seed = json.at("seed").whole(), score.ending = read_ending(json.at("ending"));
-  if (const auto code = json.find("exit_code")) score.exit_code = static_cast<int>(code->whole());
+  if (const auto code = json.find("exit_code")) score.exit_code = int(code->whole());
   score.scenario = json.at("scenario").text();
   if (const auto estimator = json.find("estimator")) score.estimator = estimator->text();
   for (const auto& [name, metric] : json.at("metrics").entries())

@@ -111,7 +111,7 @@ double weight(const std::vector<score::TrueFeet>& feet) {
 std::optional<double> torque_limited(const std::vector<score::TrueFeet>& feet) {
   if (feet.empty() || !feet.front().torque_limited) return std::nullopt;
   const auto limited = std::ranges::count(feet, std::optional(true), &score::TrueFeet::torque_limited);
-  return static_cast<double>(limited) / static_cast<double>(feet.size());
+  return double(limited) / double(feet.size());
 }
 
 /// Without a plan, only the slip of the feet is known: each foot is compared with its place at touch-down.
@@ -160,8 +160,7 @@ score::DesiredPath desired_path(const walking::WalkOptions& walk, const recordin
   score::DesiredPath path;
   path.end = waist_above(robot, walking::center_of(timeline.phases().back().to));
   for (const walking::Timeline::Lap& lap : timeline.laps())
-    path.laps.emplace_back(static_cast<std::int64_t>(lap.begin) * walking::kTick,
-                           static_cast<std::int64_t>(lap.end) * walking::kTick);
+    path.laps.emplace_back(std::int64_t(lap.begin) * walking::kTick, std::int64_t(lap.end) * walking::kTick);
   path.waist = walk.steering.by == walking::SteeredBy::plan ? truth.waist_plan : truth.waist_desired;
   return path;
 }
@@ -181,7 +180,7 @@ score::DesiredPath desired_path(const walking::WalkOptions& walk, const score::T
 
 score::Stamp plan_end(const walking::WalkOptions& walk) {
   const walking::Timeline timeline({}, walk, {}, Eigen::Vector2d::Zero());
-  return static_cast<std::int64_t>(timeline.ticks()) * walking::kTick;
+  return std::int64_t(timeline.ticks()) * walking::kTick;
 }
 
 std::vector<files::TimedPose> planned_camera(const RunRecord& record) {

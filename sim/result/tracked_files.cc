@@ -26,7 +26,7 @@ constexpr std::string_view kPointColumns =
 
 std::string_view name(slam::Health health) {
   constexpr std::array<std::string_view, 3> kNames{"ok", "lost", "diverged"};
-  return kNames[static_cast<std::size_t>(health)];
+  return kNames[std::size_t(health)];
 }
 
 // The row of frames.csv.

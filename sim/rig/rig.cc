@@ -222,7 +222,7 @@ std::vector<double> coefficients(const slam::Lens& lens) {
 
 int partner(const std::vector<RigSensor>& rig, const RigSensor& depth) {
   const auto found = std::ranges::find(rig, depth.aligned_with, &RigSensor::name);
-  return found == rig.end() ? -1 : static_cast<int>(found - rig.begin());
+  return found == rig.end() ? -1 : int(found - rig.begin());
 }
 
 std::vector<RigSensor> calibrated(const std::vector<Item>& items, const slam::CameraIntrinsics& head,
@@ -249,7 +249,7 @@ std::vector<RigSensor> calibrated(const std::vector<Item>& items, const slam::Ca
     if (!depth) continue;
     RigSensor& s = sensors[i];
     if (const int with = partner(sensors, s); with >= 0) {
-      const RigSensor& camera = sensors[static_cast<std::size_t>(with)];
+      const RigSensor& camera = sensors[std::size_t(with)];
       s.X_CS = camera.X_CS, s.camera = camera.camera;
       s.rate_hz = camera.rate_hz, s.time_offset_s = camera.time_offset_s;
     }
@@ -281,7 +281,7 @@ FittedCamera fit_equidistant(const slam::CameraIntrinsics& camera) {
     const auto at = equidistant.project(sight.n.homogeneous());
     if (!at) throw std::logic_error("the fitted lens covers less than the original one");
     const double off = (at->pixel - sight.pixel).norm();
-    fitted.rms_px += off * off / static_cast<double>(grid.size());
+    fitted.rms_px += off * off / double(grid.size());
     fitted.largest_px = std::max(fitted.largest_px, off);
   }
   fitted.rms_px = std::sqrt(fitted.rms_px);

@@ -11,7 +11,6 @@
 namespace sim::scenario {
 namespace {
 
-namespace fs = std::filesystem;
 using std::string_view_literals::operator""sv;
 
 void* find(void* owner, const std::vector<Key::Step>& place) {
@@ -29,11 +28,10 @@ constexpr Domain kAnyNumber{std::numeric_limits<double>::lowest(), std::numeric_
 /// Returns the index of a name among the choices. Throws a ConfigError that lists them if it is not there.
 std::size_t choose(const Yaml& at, const std::string& key, std::string_view name,
                    std::span<const std::string_view> choices) {
-  const auto found = std::find(choices.begin(), choices.end(), name);
-  if (found != choices.end()) return static_cast<std::size_t>(found - choices.begin());
-  fail(at, key,
-       fmt::format("unknown '{}', expected one of {}{}", name, fmt::join(choices, ", "),
-                   did_you_mean(name, choices)));
+  const auto found = std::ranges::find(choices, name);
+  if (found != choices.end()) return std::size_t(found - choices.begin());
+  fail(at, key, "unknown '{}', expected one of {}{}", name, fmt::join(choices, ", "),
+       did_you_mean(name, choices));
 }
 
 void check_metric(const Yaml& at, const std::string& key, std::string_view name) {
@@ -67,7 +65,7 @@ const std::vector<Key>& scenario_keys() {
 
 const Key* find_key(std::string_view name) {
   const auto& all = scenario_keys();
-  const auto found = std::find_if(all.begin(), all.end(), [&](const auto& key) { return key.name == name; });
+  const auto found = std::ranges::find_if(all, [&](const auto& key) { return key.name == name; });
   return found == all.end() ? nullptr : &*found;
 }
 
@@ -109,7 +107,7 @@ bool shapes_recording(std::string_view key) {
   static constexpr std::array<std::string_view, 6> kSections{"walk",   "stabilizer", "world",
                                                              "camera", "imu",        "rig"};
   const std::string_view section = key.substr(0, key.find('.'));
-  return find_key(key) && std::find(kSections.begin(), kSections.end(), section) != kSections.end();
+  return find_key(key) && std::ranges::find(kSections, section) != kSections.end();
 }
 
 bool shapes_estimate(std::string_view key) {
@@ -181,7 +179,7 @@ void read_limit(const Yaml& at, const std::string& key, const Yaml& value, std::
   const auto same = [&](const MetricLimit& l) {
     return subject(l) == subject(limit) && l.bound == limit.bound;
   };
-  const auto earlier = std::find_if(limits.begin(), limits.end(), same);
+  const auto earlier = std::ranges::find_if(limits, same);
   earlier == limits.end() ? limits.push_back(limit) : void(*earlier = limit);
 }
 
@@ -193,6 +191,6 @@ std::string subject(const MetricLimit& limit) {
   return limit.aggregate ? limit.metric + "." + *limit.aggregate : limit.metric;
 }
 
-std::string_view word(Bound bound) { return kBounds[static_cast<std::size_t>(bound)]; }
+std::string_view word(Bound bound) { return kBounds[std::size_t(bound)]; }
 
 }  // namespace sim::scenario

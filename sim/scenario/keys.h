@@ -2,7 +2,6 @@
 #pragma once
 
 #include <concepts>
-#include <type_traits>
 
 #include "sim/scenario/options.h"
 #include "sim/scenario/value.h"
@@ -166,7 +165,7 @@ bool shapes_recording(const Scenario& scenario, std::string_view key);
 std::optional<std::string> unit_of(std::string_view key);
 
 /// A hash (32 hexadecimal digits) of the names and contents of the models' files. Throws FileError.
-std::string models_hash(const std::filesystem::path& models);
+std::string models_hash(const fs::path& models);
 
 /// Returns a hash (32 hexadecimal digits) of the keys that affect a scenario's recording (shapes_recording),
 /// its seed, whether it has a camera, the models, and `program`, which distinguishes programs that record

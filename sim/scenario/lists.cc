@@ -67,18 +67,17 @@ std::string print_fields(const Owner& owner) {
 
 void read_fields(const Yaml& node, const std::string& where, std::string_view example,
                  const std::vector<Key>& fields, void* owner) {
-  if (node.kind != Yaml::Kind::map)
-    fail(node, where, fmt::format("expected fields in braces, as in {}", example.substr(example.find('{'))));
+  if (!node.is_map())
+    fail(node, where, "expected fields in braces, as in {}", example.substr(example.find('{')));
   std::vector<std::string_view> known;
   for (const Key& field : fields) known.push_back(field.name);
-  for (std::size_t i = 0; i < node.keys.size(); ++i) {
-    const std::string& name = node.keys[i].text;
-    const auto field = std::find(known.begin(), known.end(), name);
+  for (const auto& [key, value] : node.entries()) {
+    const std::string& name = key.text;
+    const auto field = std::ranges::find(known, name);
     if (field == known.end())
-      fail(node.keys[i], where,
-           fmt::format("unknown field '{}', expected {}{}", name, fmt::join(known, ", "),
-                       did_you_mean(name, known)));
-    fields[static_cast<std::size_t>(field - known.begin())].read_in(owner, node.items[i]);
+      fail(key, where, "unknown field '{}', expected {}{}", name, fmt::join(known, ", "),
+           did_you_mean(name, known));
+    fields[std::size_t(field - known.begin())].read_in(owner, value);
   }
 }
 template <class Owner>
@@ -89,10 +88,9 @@ void read_fields(const Yaml& node, const std::string& where, std::string_view ex
 template <class Kind>
 void read_kind(const Yaml& node, const std::string& where, std::string_view example, Kind& kind) {
   if constexpr (requires { kind.list; }) {
-    if (node.kind != Yaml::Kind::list || node.items.empty())
-      fail(node, where,
-           fmt::format("expected a list of {}, as in [{}]", Kind::kName,
-                       print_fields(typename Fields<Kind>::Owner{})));
+    if (!node.is_list() || node.items.empty())
+      fail(node, where, "expected a list of {}, as in [{}]", Kind::kName,
+           print_fields(typename Fields<Kind>::Owner{}));
     for (const Yaml& entry : node.items) read_fields(entry, where, example, kind.list.emplace_back());
   } else {
     read_fields(node, where, example, kind);
@@ -106,15 +104,13 @@ void read_item(const Yaml& node, std::string_view key, Item& item) {
   constexpr Grammar grammar = kGrammar<Item>;
   std::vector<std::string_view> words;
   Kinds<Item>::each([&]<class Kind>() { words.emplace_back(Kind::kName); });
-  if (node.kind != Yaml::Kind::map || node.keys.size() != 1)
-    fail(node, key,
-         fmt::format("expected a list of {}s, each one of {}, as in - {}", grammar.noun,
-                     fmt::join(words, ", "), grammar.example));
+  if (!node.is_map() || node.keys.size() != 1)
+    fail(node, key, "expected a list of {}s, each one of {}, as in - {}", grammar.noun,
+         fmt::join(words, ", "), grammar.example);
   const std::string& word = node.keys[0].text;
   if (std::ranges::find(words, word) == words.end())
-    fail(node.keys[0], key,
-         fmt::format("unknown {} '{}', expected one of {}{}", grammar.noun, word, fmt::join(words, ", "),
-                     did_you_mean(word, words)));
+    fail(node.keys[0], key, "unknown {} '{}', expected one of {}{}", grammar.noun, word,
+         fmt::join(words, ", "), did_you_mean(word, words));
   Kinds<Item>::each([&]<class Kind>() {
     if (word != Kind::kName) return;
     Kind kind;
@@ -161,24 +157,22 @@ std::string ListOperations<rig::Item>::expected(const Domain&) {
 template <>
 void ListOperations<rig::Item>::read(const Yaml& node, std::string_view key, const Domain& domain,
                                      void* items) {
-  if (node.kind == Yaml::Kind::map || node.kind == Yaml::Kind::empty)
-    fail(node, key,
-         fmt::format("expected {}, as in [d435i, {{{}}}]", expected(domain), kGrammar<rig::Item>.example));
+  if (node.is_map() || node.kind == Yaml::Kind::empty)
+    fail(node, key, "expected {}, as in [d435i, {{{}}}]", expected(domain), kGrammar<rig::Item>.example);
   std::vector<rig::Item> all;
   std::vector<const Yaml*> places;
   const auto read_entry = [&](const Yaml& entry) {
-    if (entry.kind != Yaml::Kind::scalar) {
+    if (!entry.is_scalar()) {
       read_item(entry, key, all.emplace_back());
     } else if (const auto preset = rig::preset(entry.text)) {
       all.insert(all.end(), preset->begin(), preset->end());
     } else {
-      fail(entry, key,
-           fmt::format("no preset '{}', expected one of {}{}", entry.text,
-                       fmt::join(rig::preset_names(), ", "), did_you_mean(entry.text, rig::preset_names())));
+      fail(entry, key, "no preset '{}', expected one of {}{}", entry.text,
+           fmt::join(rig::preset_names(), ", "), did_you_mean(entry.text, rig::preset_names()));
     }
     places.resize(all.size(), &entry);
   };
-  if (node.kind == Yaml::Kind::scalar) read_entry(node);
+  if (node.is_scalar()) read_entry(node);
   for (const Yaml& entry : node.items) read_entry(entry);
   if (const auto problem = rig::problem(all)) fail(*places[problem->item], key, problem->what);
   *static_cast<std::vector<rig::Item>*>(items) = std::move(all);
@@ -186,8 +180,8 @@ void ListOperations<rig::Item>::read(const Yaml& node, std::string_view key, con
 
 template <ListItem Item>
 void ListOperations<Item>::read(const Yaml& node, std::string_view key, const Domain& domain, void* items) {
-  if (node.kind != Yaml::Kind::list || node.items.size() < kGrammar<Item>.least)
-    fail(node, key, fmt::format("expected {}, as in [{{{}}}]", expected(domain), kGrammar<Item>.example));
+  if (!node.is_list() || node.items.size() < kGrammar<Item>.least)
+    fail(node, key, "expected {}, as in [{{{}}}]", expected(domain), kGrammar<Item>.example);
   std::vector<Item> all(node.items.size());
   for (std::size_t i = 0; i < all.size(); ++i) read_item(node.items[i], key, all[i]);
   *static_cast<std::vector<Item>*>(items) = std::move(all);

@@ -39,14 +39,14 @@ inline constexpr std::array<std::string_view, 11> kEndings{
 /// The names of the endings that a result can have.
 inline constexpr auto kResultEndings = std::span(kEndings).first<9>();
 
-constexpr std::string_view name_of(Ending ending) { return kEndings[static_cast<std::size_t>(ending)]; }
+constexpr std::string_view name_of(Ending ending) { return kEndings[std::size_t(ending)]; }
 
 /// Returns the exit code of a run if its scenario does not allow the ending.
 constexpr int exit_code_of(Ending ending) { return ending == Ending::not_started ? 2 : 3; }
 
 /// Returns the ending of this name, or nullopt.
 constexpr std::optional<Ending> ending_named(std::string_view name) {
-  const auto found = std::find(kEndings.begin(), kEndings.end(), name);
+  const auto found = std::ranges::find(kEndings, name);
   if (found == kEndings.end()) return std::nullopt;
   return static_cast<Ending>(found - kEndings.begin());
 }

@@ -5,7 +5,6 @@
 namespace sim::scenario {
 namespace {
 
-namespace fs = std::filesystem;
 using physics::RobotFile;
 
 constexpr const char *kFile = "robot.yaml", *kWalk = "walk", *kSideways = "walk_sideways",
@@ -47,7 +46,7 @@ class RobotReader {
       if (!robot_.arms[side].empty() && robot_.arms[side].size() != 2)
         fail(*root_.find("arms"), "arms", "expected two joints per side, shoulder and elbow");
       if (robot_.feet[side].body.empty())
-        fail(*root_.find("feet"), "feet", fmt::format("{}.body is missing", kSides[side]));
+        fail(*root_.find("feet"), "feet", "{}.body is missing", kSides[side]);
     }
     return std::move(robot_);
   }
@@ -63,14 +62,14 @@ class RobotReader {
   }
   void model(const Yaml& node) {
     note("model", node);
-    if (node.kind != Yaml::Kind::scalar || node.text.empty())
+    if (!node.is_scalar() || node.text.empty())
       fail(node, "model", "expected the path of an MJCF or URDF file");
     robot_.model = node.text;
   }
   void packages(const Yaml& node) {
     require_map(node, "packages", "a map of packages and folders, as in {g1_description: ../g1_description}");
-    for (std::size_t i = 0; i < node.keys.size(); ++i)
-      robot_.packages[node.keys[i].text] = files::read_path(node.items[i], "packages", robot_.folder);
+    for (const auto& [name, folder] : node.entries())
+      robot_.packages[name.text] = files::read_path(folder, "packages", robot_.folder);
   }
   void texts(const std::string& key, const Yaml& node, std::vector<std::string>& value) {
     value = read_texts(node, key, "[left_hip, left_knee]");
@@ -108,16 +107,16 @@ class RobotReader {
       });
     files::read_map(node, readers);
     for (const char* side : kSides)
-      if (!node.find(side)) fail(node, key, fmt::format("{} is missing", side));
+      if (!node.find(side)) fail(node, key, "{} is missing", side);
   }
 
   void posture(const Yaml& node) {
     require_map(node, "posture_deg", "a map of joints and angles, as in {left_knee: 30}");
-    for (std::size_t i = 0; i < node.keys.size(); ++i) {
-      const std::string& joint = node.keys[i].text;
+    for (const auto& [key, value] : node.entries()) {
+      const std::string& joint = key.text;
       double degrees = 0;
-      note("posture_deg." + joint, node.keys[i]);
-      scenario::read(node.items[i], "posture_deg." + joint, {-360, 360}, degrees);
+      note("posture_deg." + joint, key);
+      scenario::read(value, "posture_deg." + joint, {-360, 360}, degrees);
       robot_.posture_rad[joint] = to_radians(degrees);
     }
   }
@@ -151,8 +150,7 @@ class RobotReader {
 /// Adds the values below a node with their dotted keys.
 void flatten(const std::string& path, const Yaml& node, std::vector<std::pair<std::string, Yaml>>& all) {
   if (!node.is_map()) return all.emplace_back(path, node), void();
-  for (std::size_t i = 0; i < node.keys.size(); ++i)
-    flatten(path + "." + node.keys[i].text, node.items[i], all);
+  for (const auto& [key, value] : node.entries()) flatten(path + "." + key.text, value, all);
 }
 
 }  // namespace

@@ -8,20 +8,19 @@
 namespace sim::scenario {
 
 /// Returns the folder of the program's robots and rooms.
-std::filesystem::path standard_models();
+fs::path standard_models();
 
 /// The folder of a robot: below models/robots, or a path if it has a slash.
-std::filesystem::path robot_folder(const std::string& robot);
+fs::path robot_folder(const std::string& robot);
 
 /// Throws ConfigError at the first key that is unknown, wrong or missing.
-physics::RobotFile read_robot(const std::filesystem::path& folder);
+physics::RobotFile read_robot(const fs::path& folder);
 /// Reads the robot of a scenario.
 physics::RobotFile read_robot(const Scenario& scenario);
 
 /// Returns the scenario keys that robot.yaml sets, with their values: keys below walk, stabilizer and slam,
 /// and world.floor_friction. A scenario may override them, and the first value of a key counts: for the
 /// sideways gait, that of walk_sideways. Empty if the file does not exist.
-std::vector<std::pair<std::string, Yaml>> robot_defaults(const std::filesystem::path& folder,
-                                                         walking::Gait gait);
+std::vector<std::pair<std::string, Yaml>> robot_defaults(const fs::path& folder, walking::Gait gait);
 
 }  // namespace sim::scenario

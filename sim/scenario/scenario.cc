@@ -1,17 +1,18 @@
 #include "sim/scenario/scenario.h"
 
+#include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <numbers>
+#include <algorithm>
 
+#include "sim/files/hash.h"
+#include "sim/model_file/model_file.h"
 #include "sim/scenario/keys.h"
 #include "sim/scenario/robot.h"
 #include "walking/timeline.h"
 
 namespace sim::scenario {
 namespace {
-
-namespace fs = std::filesystem;
 
 /// Returns the planned walk, or nothing if it cannot be carried out, which is reported when it is planned.
 /// Throws ConfigError at the command that makes the walk too long.
@@ -20,7 +21,7 @@ std::optional<walking::Timeline> planned(const ReadScenario& read) {
     // A robot without size. Its plan may have one step fewer than a real robot's, which must close its feet.
     return walking::Timeline({}, read.scenario.walk, {}, Eigen::Vector2d::Zero());
   } catch (const walking::TooLong& e) {
-    const auto command = static_cast<std::size_t>(e.command);
+    const auto command = std::size_t(e.command);
     Yaml at = place_of(read, "");
     if (command < read.command_origins.size()) at.origin = read.command_origins[command];
     fail(at, "", e.what());
@@ -115,8 +116,8 @@ void check_limits(const ReadScenario& read, const Yaml& at) {
     for (const MetricLimit& least : limits)
       if (subject(most) == subject(least) && most.bound == Bound::at_most && least.bound == Bound::at_least &&
           least.value > most.value)
-        fail(at, "limits." + subject(most),
-             fmt::format("contradicts itself: at_least {} is above at_most {}", least.value, most.value));
+        fail(at, "limits." + subject(most), "contradicts itself: at_least {} is above at_most {}",
+             least.value, most.value);
 }
 
 /// Throws ConfigError if keys contradict each other, a fault never happens, or the walk takes too long to
@@ -148,7 +149,7 @@ void check_whole(ReadScenario& read) {
   const std::optional<walking::Timeline> walk = planned(read);
   if (!walk) return;
   check_limits(read, at);
-  const double walk_s = static_cast<double>(walk->ticks()) * walking::kPeriod;
+  const double walk_s = double(walk->ticks()) * walking::kPeriod;
   check_happens(read, steered_by == plan ? walk_s : 2 * walk_s);  // steering adds steps
 }
 
@@ -179,11 +180,10 @@ class ScenarioReader {
 
   /// Reads all keys of a file after reading its bases. root.origin.file: its path.
   void read_file(const Yaml& root) {
-    if (root.kind != Yaml::Kind::map)
-      fail(root, "", "expected keys and values, as in slam.gyro.sigma_rad_s: 0.01");
+    if (!root.is_map()) fail(root, "", "expected keys and values, as in slam.gyro.sigma_rad_s: 0.01");
     open_files_.emplace_back(root.origin.file);
     if (const Yaml* const base = root.find(kBase)) {
-      const bool list = base->kind == Yaml::Kind::list && !base->items.empty();
+      const bool list = base->is_list() && !base->items.empty();
       for (const Yaml& node : list ? std::span(base->items) : std::span(base, 1)) read_base(node);
     }
     open_files_.pop_back();
@@ -227,9 +227,8 @@ class ScenarioReader {
     const std::size_t equals = argument.find('=');
     Yaml at;
     at.origin = {kArgument, n, 1};
-    if (equals == std::string::npos || equals == 0)
-      fail(at, "", fmt::format("'{}': expected key=value", argument));
-    const Yaml value = parse_yaml(argument.substr(equals + 1), {kArgument, n, static_cast<int>(equals) + 2});
+    if (equals == std::string::npos || equals == 0) fail(at, "", "'{}': expected key=value", argument);
+    const Yaml value = parse_yaml(argument.substr(equals + 1), {kArgument, n, int(equals) + 2});
     read_setting({argument.substr(0, equals), at, value});
   }
 
@@ -241,14 +240,13 @@ class ScenarioReader {
 
  private:
   void read_base(const Yaml& node) {
-    if (node.kind != Yaml::Kind::scalar || node.text.empty())
+    if (!node.is_scalar() || node.text.empty())
       fail(node, kBase, "expected a scenario file or a list of them, as in base: tangent_circle.yaml");
     const fs::path file = (fs::path(node.origin.file).parent_path() / node.text).lexically_normal();
     for (const fs::path& open : open_files_) {
       std::error_code fault;
       if (open == file || fs::equivalent(open, file, fault))
-        fail(node, kBase,
-             fmt::format("{} is a base of itself, through {}", file.string(), open_files_.back().string()));
+        fail(node, kBase, "{} is a base of itself, through {}", file.string(), open_files_.back().string());
     }
     std::string text;
     try {
@@ -260,10 +258,10 @@ class ScenarioReader {
   }
 
   void read_map(const Yaml& map, const std::string& section) {
-    for (std::size_t i = 0; i < map.keys.size(); ++i) {
-      const std::string& part = map.keys[i].text;
+    for (const auto& [key, value] : map.entries()) {
+      const std::string& part = key.text;
       if (section.empty() && part == kBase) continue;  // already read by read_file
-      read_entry(map.keys[i], section.empty() ? part : section + "." + part, map.items[i]);
+      read_entry(key, section.empty() ? part : section + "." + part, value);
     }
   }
 
@@ -271,7 +269,7 @@ class ScenarioReader {
     const bool limit = path.starts_with("limits.");
     if ((path == "estimator" || path == "walk.controller") && value.find("time"))
       return read_timed(at, path, value);
-    if (value.kind == Yaml::Kind::map && find_key(path) == nullptr && (limit || is_section(path))) {
+    if (value.is_map() && find_key(path) == nullptr && (limit || is_section(path))) {
       if (limit && value.keys.empty()) fail(at, path, "is empty, expected at_most or at_least");
       if (!limit) require_section(at, path);
       if (path == "limits" && value.keys.empty())
@@ -280,7 +278,7 @@ class ScenarioReader {
     }
     // `a.b: 1` and `a: {b: 2}` name the same key.
     const auto [earlier, first] = given_.emplace(path, fmt::format("{}:{}", at.origin.file, at.origin.line));
-    if (!first) fail(at, path, fmt::format("given twice, first at {}", earlier->second));
+    if (!first) fail(at, path, "given twice, first at {}", earlier->second);
     read_value(at, path, value);
     result.origin[path] =
         at.origin.file == kArgument ? fmt::format("argument {}", at.origin.line) : given_[path];
@@ -290,7 +288,7 @@ class ScenarioReader {
   // In {program: ..., time: {...}}, the time is a section, separate from the choice of the program.
   void read_timed(const Yaml& at, const std::string& path, Yaml value) {
     const auto i = value.find("time") - value.items.data();
-    read_entry(value.keys[static_cast<std::size_t>(i)], path + ".time", Yaml(*value.find("time")));
+    read_entry(value.keys[std::size_t(i)], path + ".time", Yaml(*value.find("time")));
     value.keys.erase(value.keys.begin() + i), value.items.erase(value.items.begin() + i);
     if (!value.keys.empty()) read_entry(at, path, value);
   }
@@ -309,8 +307,7 @@ class ScenarioReader {
     } else if (path.starts_with("limits.")) {
       read_limit(at, path, value, result.scenario.limits.metrics);
     } else if (is_section(path)) {
-      fail(at, path,
-           fmt::format("is a section, expected keys below it: {}", fmt::join(parts_below(path), ", ")));
+      fail(at, path, "is a section, expected keys below it: {}", fmt::join(parts_below(path), ", "));
     } else if (path == kBase) {
       fail(at, path, "belongs in a scenario file; --with FILE adds a file's keys");
     } else {
@@ -333,8 +330,7 @@ class ScenarioReader {
     Scenario& scenario = result.scenario;
     if (at.origin.file != kArgument && section == "camera" && !scenario.camera) scenario.camera.emplace();
     if (at.origin.file != kArgument && section == "slam" && !scenario.slam) scenario.slam.emplace();
-    if (!has_section(scenario, path))
-      fail(at, path, fmt::format("this scenario has no section '{}'", section));
+    if (!has_section(scenario, path)) fail(at, path, "this scenario has no section '{}'", section);
   }
 
   std::vector<fs::path> open_files_;          // each one is a base of the previous one
@@ -371,7 +367,7 @@ void derive_latency(ReadScenario& read) {
 }
 
 ReadScenario read_root(const Yaml& root, const Changes& changes) {
-  if (root.kind != Yaml::Kind::map) fail(root, "", "expected a scenario: keys and values, as in seed: 1");
+  if (!root.is_map()) fail(root, "", "expected a scenario: keys and values, as in seed: 1");
   ScenarioReader reader;
   reader.result.start = root.origin;
   reader.read_file(root);
@@ -385,6 +381,16 @@ ReadScenario read_root(const Yaml& root, const Changes& changes) {
   derive_latency(reader.result);
   check_whole(reader.result);
   return reader.result;
+}
+
+std::vector<fs::path> files_below(const fs::path& folder) {
+  std::error_code fault;
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::recursive_directory_iterator(folder, fault))
+    if (entry.is_regular_file() && entry.path().extension() != ".md") files.push_back(entry.path());
+  if (fault || files.empty()) throw files::FileError(folder, "has no models");
+  std::ranges::sort(files);
+  return files;
 }
 
 }  // namespace
@@ -425,6 +431,38 @@ std::string to_yaml(const Scenario& scenario, std::initializer_list<std::string_
   for (const MetricLimit& limit : scenario.limits.metrics)
     text += fmt::format("  {}.{}: {}\n", subject(limit), word(limit.bound), limit.value);
   return text;
+}
+
+std::string models_hash(const fs::path& models) {
+  files::Hash hash;
+  for (const fs::path& file : files_below(models)) {
+    hash.add_part(file.lexically_relative(models).generic_string());
+    hash.add_part(files::read_text(file));
+  }
+  return hash.hex();
+}
+
+std::string recording_key(const Scenario& scenario, const std::string& models, const std::string& program) {
+  files::Hash hash;
+  hash.add_part("recording 1");
+  hash.add_part(program);
+  hash.add_part(models);
+  const auto add_files = [&](const fs::path& model, const model_file::Packages& packages = {}) {
+    for (const fs::path& file : model_file::files_of(model, packages)) hash.add_part(files::read_text(file));
+  };
+  if (const fs::path folder = std::string(scenario.world.robot); scenario.world.robot.is_path()) {
+    const physics::RobotFile robot = read_robot(folder);
+    hash.add_part(files::read_text(folder / "robot.yaml"));
+    add_files(folder / robot.model, robot.packages);
+  }
+  if (scenario.world.room.is_path()) add_files(std::string(scenario.world.room));
+  hash.add_part(fmt::format("seed {}{}", scenario.seed, programs::files_identity(scenario.controller)));
+  for (const auto& key : scenario_keys()) {
+    if (!shapes_recording(scenario, key.name) || !has_section(scenario, key.name)) continue;
+    hash.add_part(key.name);
+    hash.add_part(key.print(scenario));
+  }
+  return hash.hex();
 }
 
 }  // namespace sim::scenario

@@ -39,7 +39,7 @@ struct Changes {
 
 /// Reads a scenario strictly. Its keys replace the keys of the files in its key `base`, which are relative
 /// to the file's folder. Throws ConfigError at the first error.
-ReadScenario read_scenario(const std::filesystem::path& file, const Changes& changes = {});
+ReadScenario read_scenario(const fs::path& file, const Changes& changes = {});
 
 /// Does the same from text. file: its name in messages; its stem names the scenario.
 ReadScenario read_scenario_text(std::string_view text, const std::string& file, const Changes& changes = {});

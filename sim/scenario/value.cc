@@ -16,27 +16,27 @@ namespace {
 /// Returns "'0.1 m'": the input, shortened, for a message.
 std::string as_written(const Yaml& node) {
   if (node.kind == Yaml::Kind::empty) return "empty";
-  if (node.kind == Yaml::Kind::list) return "a list";
-  if (node.kind == Yaml::Kind::map) return "a section";
+  if (node.is_list()) return "a list";
+  if (node.is_map()) return "a section";
   const std::string text = node.text.size() > 40 ? fmt::format("{:.37}...", node.text) : node.text;
   return node.quoted ? fmt::format("the text \"{}\"", text) : fmt::format("'{}'", text);
 }
 
 [[noreturn]] void reject(const Yaml& node, std::string_view key, const std::string& expectation) {
-  fail(node, key, fmt::format("is {}, expected {}", as_written(node), expectation));
+  fail(node, key, "is {}, expected {}", as_written(node), expectation);
 }
 
 /// Returns a plain scalar as a number, or nothing.
 template <class Number>
 std::optional<Number> number(const Yaml& node) {
-  if (node.kind != Yaml::Kind::scalar || node.quoted) return std::nullopt;
+  if (!node.is_scalar() || node.quoted) return std::nullopt;
   return files::parse_number<Number>(node.text);
 }
 
 template <class Number>
 void read_number(const Yaml& node, std::string_view key, const Domain& domain, Number& value) {
   const std::optional<Number> found = number<Number>(node);
-  const double as_double = found ? static_cast<double>(*found) : std::nan("");
+  const double as_double = found ? double(*found) : std::nan("");
   const bool inside = as_double >= domain.lowest && as_double <= domain.highest && std::isfinite(as_double);
   if (!inside) reject(node, key, expected(domain, value));
   value = *found;
@@ -47,7 +47,7 @@ std::string range(const Domain& domain) {
   return fmt::format(" from {} to {}", domain.lowest, domain.highest);
 }
 
-bool is_word(const Yaml& node) { return node.kind == Yaml::Kind::scalar && !node.text.empty(); }
+bool is_word(const Yaml& node) { return node.is_scalar() && !node.text.empty(); }
 
 using programs::Choice, programs::Source;
 using std::string_view_literals::operator""sv;
@@ -71,15 +71,15 @@ struct Role {
 };
 
 std::string word(const Yaml& node, const std::string& key) {
-  if (node.kind != Yaml::Kind::scalar || node.text.empty() || node.text.find('\0') != node.text.npos)
+  if (!node.is_scalar() || node.text.empty() || node.text.find('\0') != node.text.npos)
     fail(node, key, "expected a non-empty word");
   return node.text;
 }
 
 std::vector<std::string> words(const Yaml& node, const std::string& key, const Role& role) {
-  if (node.kind == Yaml::Kind::scalar) return {word(node, key)};
-  if (node.kind != Yaml::Kind::list || node.items.empty())
-    fail(node, key, fmt::format("expected the program and its arguments, as in [{}, --stdio]", role.example));
+  if (node.is_scalar()) return {word(node, key)};
+  if (!node.is_list() || node.items.empty())
+    fail(node, key, "expected the program and its arguments, as in [{}, --stdio]", role.example);
   std::vector<std::string> all;
   for (const Yaml& item : node.items) all.push_back(word(item, key));
   return all;
@@ -87,22 +87,20 @@ std::vector<std::string> words(const Yaml& node, const std::string& key, const R
 
 /// Nested sections become dotted keys.
 void read_options(const Yaml& node, const std::string& key, const std::string& section, Choice& choice) {
-  if (node.kind != Yaml::Kind::map) fail(node, key, "expected keys and values, as in {threads: 2}");
-  for (std::size_t i = 0; i < node.keys.size(); ++i) {
-    const std::string name = section + node.keys[i].text;
-    const Yaml& value = node.items[i];
-    if (value.kind == Yaml::Kind::map) {
+  if (!node.is_map()) fail(node, key, "expected keys and values, as in {threads: 2}");
+  for (const auto& [at, value] : node.entries()) {
+    const std::string name = section + at.text;
+    if (value.is_map()) {
       read_options(value, key, name + ".", choice);
       continue;
     }
-    if (value.kind != Yaml::Kind::scalar || name.empty() || name.find_first_of("=\n") != name.npos ||
+    if (!value.is_scalar() || name.empty() || name.find_first_of("=\n") != name.npos ||
         value.text.find_first_of(std::string_view("\n\0", 2)) != value.text.npos)
-      fail(node.keys[i], key, fmt::format("'{}': expected a name without '=' and a value on one line", name));
+      fail(at, key, "'{}': expected a name without '=' and a value on one line", name);
     for (const auto& [earlier, unused] : choice.options)
-      if (earlier == name) fail(node.keys[i], key, fmt::format("'{}' is given twice", name));
+      if (earlier == name) fail(at, key, "'{}' is given twice", name);
     choice.options.emplace_back(name, value.text);
-    if (choice.options.size() > kMostOptions)
-      fail(node, key, fmt::format("more than {} options", kMostOptions));
+    if (choice.options.size() > kMostOptions) fail(node, key, "more than {} options", kMostOptions);
   }
 }
 
@@ -131,22 +129,19 @@ void read_field(const Yaml& at, const std::string& key, const Yaml& value, const
   } else {
     std::vector<std::string_view> known(kFields.begin(), kFields.end());
     if (!role.may_be_command()) std::erase(known, "command");
-    fail(at, path,
-         fmt::format("unknown, expected one of {}{}", fmt::join(known, ", "), did_you_mean(field, known)));
+    fail(at, path, "unknown, expected one of {}{}", fmt::join(known, ", "), did_you_mean(field, known));
   }
 }
 
 Choice read_section(const Yaml& node, const std::string& key, const Role& role) {
   Choice choice;
   choice.name.clear();
-  for (std::size_t i = 0; i < node.keys.size(); ++i)
-    read_field(node.keys[i], key, node.items[i], role, choice);
+  for (const auto& [field, value] : node.entries()) read_field(field, key, value, role, choice);
   if (choice.words.empty())
-    fail(node, key, fmt::format("expected a program, as in {{program: [{}, --stdio]}}", role.example));
+    fail(node, key, "expected a program, as in {{program: [{}, --stdio]}}", role.example);
   if (choice.name.empty()) choice.name = standard_name(choice, role);
   if (role.is_built_in(choice.name))
-    fail(node, key + ".name",
-         fmt::format("{} is a built-in {}, expected another name", choice.name, role.noun));
+    fail(node, key + ".name", "{} is a built-in {}, expected another name", choice.name, role.noun);
   return choice;
 }
 
@@ -154,8 +149,8 @@ bool is_name(const Yaml& node) {
   const auto allowed = [](char c) {
     return std::isalnum(static_cast<unsigned char>(c)) || c == '_' || c == '-' || c == '.';
   };
-  return is_word(node) && std::all_of(node.text.begin(), node.text.end(), allowed) &&
-         !node.text.starts_with('.') && node.text.size() <= 100;
+  return is_word(node) && std::ranges::all_of(node.text, allowed) && !node.text.starts_with('.') &&
+         node.text.size() <= 100;
 }
 
 }  // namespace
@@ -198,7 +193,7 @@ void read(const Yaml& node, std::string_view key, const Domain& domain, std::uin
   value = *found;
 }
 void read(const Yaml& node, std::string_view key, const Domain& domain, bool& value) {
-  const bool plain = node.kind == Yaml::Kind::scalar && !node.quoted;
+  const bool plain = node.is_scalar() && !node.quoted;
   if (!plain || (node.text != "true" && node.text != "false")) reject(node, key, expected(domain, value));
   value = node.text == "true";
 }
@@ -221,21 +216,20 @@ void read(const Yaml& node, std::string_view key, const Domain& domain, physics:
 }
 void read(const Yaml& node, std::string_view key, const Domain& domain, std::vector<std::string>& value) {
   if (domain.choices.empty()) return void(value = files::read_texts(node, key, "[left_toe, left_heel]"));
-  if (node.kind != Yaml::Kind::list || node.items.empty()) reject(node, key, expected(domain, value));
+  if (!node.is_list() || node.items.empty()) reject(node, key, expected(domain, value));
   std::vector<std::string> words;
   for (const Yaml& item : node.items) {
     words.emplace_back(domain.choices[read_choice(item, key, domain)]);
-    if (std::ranges::count(words, words.back()) > 1)
-      fail(item, key, fmt::format("'{}' is given twice", words.back()));
+    if (std::ranges::count(words, words.back()) > 1) fail(item, key, "'{}' is given twice", words.back());
   }
   value = std::move(words);
 }
 void read(const Yaml& node, std::string_view key, const Domain& domain, Eigen::Vector3d& value) {
-  if (node.kind != Yaml::Kind::list || node.items.size() != 3) reject(node, key, expected(domain, value));
-  for (int i = 0; i < 3; ++i) read_number(node.items[static_cast<std::size_t>(i)], key, domain, value[i]);
+  if (!node.is_list() || node.items.size() != 3) reject(node, key, expected(domain, value));
+  for (int i = 0; i < 3; ++i) read_number(node.items[std::size_t(i)], key, domain, value[i]);
 }
 void read(const Yaml& node, std::string_view key, const Domain& domain, std::vector<Eigen::Vector3d>& value) {
-  if (node.kind != Yaml::Kind::list) reject(node, key, expected(domain, value));
+  if (!node.is_list()) reject(node, key, expected(domain, value));
   std::vector<Eigen::Vector3d> points(node.items.size());
   for (std::size_t i = 0; i < points.size(); ++i) read(node.items[i], key, domain, points[i]);
   value = std::move(points);
@@ -246,7 +240,7 @@ std::size_t read_choice(const Yaml& node, std::string_view key, const Domain& do
   const auto found = std::ranges::find(domain.choices, node.text);
   if (found == domain.choices.end())
     reject(node, key, expected_choice(domain) + did_you_mean(node.text, domain.choices));
-  return static_cast<std::size_t>(found - domain.choices.begin());
+  return std::size_t(found - domain.choices.begin());
 }
 
 std::string print(const Domain&, const std::string& value) { return quote_if_needed(value); }
@@ -295,16 +289,15 @@ std::string expected(const Domain& domain, const Choice&) {
 
 void read(const Yaml& node, std::string_view key, const Domain& domain, Choice& choice) {
   const Role role(domain);
-  if (node.kind == Yaml::Kind::map) {
+  if (node.is_map()) {
     choice = read_section(node, std::string(key), role);
     return;
   }
-  if (node.kind == Yaml::Kind::scalar && !role.is_built_in(node.text)) {
+  if (node.is_scalar() && !role.is_built_in(node.text)) {
     const bool is_file = node.text.find_first_of("/.") != node.text.npos;
-    fail(node, key,
-         fmt::format("is '{}', expected a built-in {} ({}) or {{program: {}}}{}", node.text, role.noun,
-                     fmt::join(role.names.choices, ", "), is_file ? node.text : "[FILE, ARGUMENT...]",
-                     did_you_mean(node.text, role.names.choices)));
+    fail(node, key, "is '{}', expected a built-in {} ({}) or {{program: {}}}{}", node.text, role.noun,
+         fmt::join(role.names.choices, ", "), is_file ? node.text : "[FILE, ARGUMENT...]",
+         did_you_mean(node.text, role.names.choices));
   }
   Choice found;
   found.name = role.names.choices[read_choice(node, key, role.names)];

@@ -79,7 +79,7 @@ void read(const Yaml& node, std::string_view key, const Domain& domain, E& value
 }
 template <Enumeration E>
 std::string print(const Domain& domain, E value) {
-  return std::string(domain.choices[static_cast<std::size_t>(value)]);
+  return std::string(domain.choices[std::size_t(value)]);
 }
 
 /// The operations on values of one type.

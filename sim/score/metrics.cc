@@ -67,8 +67,7 @@ std::optional<std::string> note_of_end(const MetricDefinition& definition, const
   const Stamp last = of_walk ? waist.back().t : context.pairs.back().t, interval = camera[1].t - camera[0].t,
               end = std::max(context.run.plan_end.value_or(Stamp(0)), camera.back().t);
   if (last + 2 * interval >= end || last >= end / 100 * 99) return std::nullopt;
-  const double last_s = 1e-9 * static_cast<double>(last.count()),
-               end_s = 1e-9 * static_cast<double>(end.count());
+  const double last_s = 1e-9 * double(last.count()), end_s = 1e-9 * double(end.count());
   return fmt::format("at {:.1f} s, {:.0f} % of {:.1f} s", last_s, 100 * last_s / end_s, end_s);
 }
 
@@ -271,8 +270,7 @@ Value fraction_in_use(C c, std::size_t sensor, bool of_accepted) {
 Value found_fraction(C c) {
   double searched = 0, found = 0;
   for (const FrameUse& frame : c.run.use)
-    if (frame.t >= *c.start)
-      searched += static_cast<double>(frame.searched), found += static_cast<double>(frame.found);
+    if (frame.t >= *c.start) searched += double(frame.searched), found += double(frame.found);
   return searched > 0 ? Value(found / searched) : Value(Absent{"the estimator searched for no landmark"});
 }
 
@@ -325,13 +323,13 @@ MetricDefinitions estimate_metrics() {
       {"poses_matched", "1",
        "Number of estimated poses whose stamp is within 0.1 ms of a true pose's, from the first planned "
        "motion: the errors are computed from these.",
-       Needs::estimate, [](C c) { return static_cast<double>(c.pairs.size()); }, smallest},
+       Needs::estimate, [](C c) { return double(c.pairs.size()); }, smallest},
       {"true_poses", "1",
        "Number of true poses from the first planned motion, of which poses_matched have an estimate.",
        Needs::walk,
        [](C c) -> Value {
          if (c.truth_camera.empty()) return Absent{"the plan never moves"};
-         return static_cast<double>(c.truth_camera.size());
+         return double(c.truth_camera.size());
        },
        smallest},
       {"rotation_rmse_deg", "deg",
@@ -362,9 +360,8 @@ MetricDefinitions consistency_metrics() {
       {"poses_with_covariance", "1",
        "Number of matched poses with a covariance: the NEES is computed from these.", Needs::estimate,
        [](C c) {
-         return value_of(c.nees, [](const std::vector<PoseNees>& nees) -> Value {
-           return static_cast<double>(nees.size());
-         });
+         return value_of(c.nees,
+                         [](const std::vector<PoseNees>& nees) -> Value { return double(nees.size()); });
        },
        smallest},
       nees_metric("position", &PoseNees::position, Needs::scale),

@@ -29,10 +29,10 @@ Ranks rank(std::vector<std::pair<double, bool>> sizes) {
   for (std::size_t begin = 0, end; begin < sizes.size(); begin = end) {
     end = begin;
     while (end < sizes.size() && sizes[end].first == sizes[begin].first) ++end;
-    const double t = static_cast<double>(end - begin);
+    const double t = double(end - begin);
     ranks.ties += t * t * t - t;
     for (std::size_t i = begin; i < end; ++i) {
-      ranks.twice.push_back(static_cast<int>(begin + 1 + end));
+      ranks.twice.push_back(int(begin + 1 + end));
       if (sizes[i].second) ranks.twice_positive += ranks.twice.back();
     }
   }
@@ -41,10 +41,10 @@ Ranks rank(std::vector<std::pair<double, bool>> sizes) {
 
 // The probability of each sum of ranks with a positive sign, if each sign is positive in half of the cases.
 std::vector<double> sum_probabilities(const std::vector<int>& ranks) {
-  std::vector<double> p(static_cast<std::size_t>(std::accumulate(ranks.begin(), ranks.end(), 0)) + 1);
+  std::vector<double> p(std::size_t(std::accumulate(ranks.begin(), ranks.end(), 0)) + 1);
   p[0] = 1;
   for (const int rank : ranks) {
-    const auto r = static_cast<std::size_t>(rank);
+    const auto r = std::size_t(rank);
     for (std::size_t sum = p.size(); sum-- > 0;) p[sum] = (p[sum] + (sum < r ? 0 : p[sum - r])) / 2;
   }
   return p;
@@ -60,7 +60,7 @@ double exact_p(const Ranks& ranks) {
 
 // The normal approximation, corrected for ties and continuity.
 double approximate_p(const Ranks& ranks) {
-  const double n = static_cast<double>(ranks.twice.size()), mean = n * (n + 1) / 4,
+  const double n = double(ranks.twice.size()), mean = n * (n + 1) / 4,
                variance = n * (n + 1) * (2 * n + 1) / 24 - ranks.ties / 48;
   const double off = std::max(0.0, std::abs(ranks.twice_positive / 2.0 - mean) - 0.5);
   return std::erfc(off / std::sqrt(2 * variance));
@@ -70,13 +70,13 @@ double approximate_p(const Ranks& ranks) {
 
 double mean(const std::vector<double>& values) {
   assert(!values.empty());
-  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+  return std::accumulate(values.begin(), values.end(), 0.0) / double(values.size());
 }
 
 double root_mean_square(const std::vector<double>& values) {
   assert(!values.empty());
   const double sum = std::inner_product(values.begin(), values.end(), values.begin(), 0.0);
-  return std::sqrt(sum / static_cast<double>(values.size()));
+  return std::sqrt(sum / double(values.size()));
 }
 
 double median(std::vector<double> values) { return quantile(std::move(values), 0.5); }
@@ -86,16 +86,16 @@ double standard_deviation(const std::vector<double>& values) {
   const double m = mean(values);
   double sum = 0;
   for (const double value : values) sum += (value - m) * (value - m);
-  return std::sqrt(sum / static_cast<double>(values.size() - 1));
+  return std::sqrt(sum / double(values.size() - 1));
 }
 
 double quantile(std::vector<double> values, double p) {
   assert(!values.empty() && p >= 0 && p <= 1);
   std::ranges::sort(values);
-  const double place = p * static_cast<double>(values.size() - 1);
-  const auto below = static_cast<std::size_t>(place);
+  const double place = p * double(values.size() - 1);
+  const auto below = std::size_t(place);
   const std::size_t above = std::min(below + 1, values.size() - 1);
-  const double part = place - static_cast<double>(below);
+  const double part = place - double(below);
   return (1 - part) * values[below] + part * values[above];
 }
 
@@ -125,11 +125,11 @@ Summary summarize(const std::vector<double>& values, const Direction& direction)
 std::optional<std::pair<double, double>> median_interval(std::vector<double> values) {
   std::ranges::sort(values);
   const std::size_t n = values.size();
-  double tail = std::ldexp(1.0, -static_cast<int>(n)), term = tail;  // P(at most k of n fair coins), k = 0
+  double tail = std::ldexp(1.0, -int(n)), term = tail;  // P(at most k of n fair coins), k = 0
   if (2 * tail > 0.05) return std::nullopt;
   std::size_t k = 0;
   for (; 2 * tail <= 0.05; ++k) {
-    term *= static_cast<double>(n - k) / static_cast<double>(k + 1);
+    term *= double(n - k) / double(k + 1);
     tail += term;
   }
   return std::pair(values[k - 1], values[n - k]);
@@ -164,7 +164,7 @@ Shift hodges_lehmann(const std::vector<double>& differences) {
 
 std::optional<MeanTest> t_test(const std::vector<double>& values) {
   if (values.size() < 2) return std::nullopt;
-  const double n = static_cast<double>(values.size()), middle = mean(values),
+  const double n = double(values.size()), middle = mean(values),
                error = standard_deviation(values) / std::sqrt(n);
   if (error == 0) return MeanTest{middle, middle, middle == 0 ? 1.0 : 0.0};
   const boost::math::students_t_distribution<double, InDouble> t(n - 1);
@@ -179,7 +179,7 @@ std::vector<double> holm(const std::vector<double>& p_values) {
   std::vector<double> adjusted(p_values.size());
   double largest = 0;
   for (std::size_t i = 0; i < order.size(); ++i) {
-    largest = std::max(largest, std::min(1.0, static_cast<double>(order.size() - i) * p_values[order[i]]));
+    largest = std::max(largest, std::min(1.0, double(order.size() - i) * p_values[order[i]]));
     adjusted[order[i]] = largest;
   }
   return adjusted;
@@ -190,7 +190,7 @@ double chi_square_quantile(double p, double dof) {
 }
 
 Band mean_band(int dof, int count, double confidence) {
-  const double all = static_cast<double>(dof) * count, tail = (1 - confidence) / 2;
+  const double all = double(dof) * count, tail = (1 - confidence) / 2;
   return {chi_square_quantile(tail, all) / count, chi_square_quantile(1 - tail, all) / count};
 }
 
@@ -199,13 +199,13 @@ std::optional<BandFractions> band_fractions(const std::vector<std::vector<double
   double inside = 0, below = 0;
   for (const std::vector<double>& squares : moments) {
     if (squares.empty()) continue;
-    const Band band = mean_band(dof, static_cast<int>(squares.size()));
+    const Band band = mean_band(dof, int(squares.size()));
     means.push_back(mean(squares));
     below += means.back() < band.low;
     inside += means.back() >= band.low && means.back() <= band.high;
   }
   if (means.empty()) return std::nullopt;
-  const auto count = static_cast<double>(means.size());
+  const auto count = double(means.size());
   return BandFractions{mean(means), inside / count, below / count};
 }
 

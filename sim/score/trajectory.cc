@@ -25,7 +25,7 @@ struct Moments {
   double square_true = 0, square_estimate = 0;      // means of squared distances
 
   explicit Moments(const std::vector<PosePair>& pairs) {
-    const double n = static_cast<double>(pairs.size());
+    const double n = double(pairs.size());
     for (const PosePair& pair : pairs) {
       mean_true += pair.X_true.translation() / n;
       mean_estimate += pair.X_estimate.translation() / n;
@@ -85,8 +85,8 @@ double turn(const PosePair& from, const PosePair& to, const Spans& which) {
 // Returns the position of each pose along the path: frames, meters, radians or degrees turned, or seconds.
 std::vector<double> places(const std::vector<PosePair>& pairs, const Spans& which) {
   const auto place = [&](std::size_t i, double before) {
-    if (which.unit == Unit::frames) return static_cast<double>(i);
-    if (which.unit == Unit::seconds) return static_cast<double>((pairs[i].t - pairs[0].t).count()) * 1e-9;
+    if (which.unit == Unit::frames) return double(i);
+    if (which.unit == Unit::seconds) return double((pairs[i].t - pairs[0].t).count()) * 1e-9;
     if (i == 0) return 0.0;
     if (turning(which)) return before + turn(pairs[i - 1], pairs[i], which);
     return before + (pose(pairs[i], which).translation() - pose(pairs[i - 1], which).translation()).norm();
@@ -118,12 +118,12 @@ std::vector<Span> from_each(const std::vector<double>& place, const Spans& which
   const double slack = which.unit == Unit::frames ? 0 : which.tolerance * which.delta + rounding(which);
   for (std::size_t from = 0; from + 1 < place.size(); ++from) {
     const double wanted = place[from] + which.delta;  // the later pose nearest to it; the earlier of two
-    const auto begin = place.begin() + static_cast<std::ptrdiff_t>(from) + 1;
+    const auto begin = place.begin() + std::ptrdiff_t(from) + 1;
     auto end = std::lower_bound(begin, place.end(), wanted);
     if (end == place.end() || (end != begin && wanted - *(end - 1) <= *end - place[from] - which.delta))
       --end;
     if (std::abs(*end - place[from] - which.delta) <= slack)
-      spans.push_back({from, static_cast<std::size_t>(end - place.begin())});
+      spans.push_back({from, std::size_t(end - place.begin())});
   }
   return spans;
 }
@@ -236,7 +236,7 @@ Eigen::Vector3d drift(const Eigen::Isometry3d& X_WB_true, const Eigen::Isometry3
   return {shift.x(), shift.y(), yaw(X_WB_true.linear() * X_PB.linear().transpose())};
 }
 
-std::string name_of(Alignment alignment) { return std::string(kNames[static_cast<std::size_t>(alignment)]); }
+std::string name_of(Alignment alignment) { return std::string(kNames[std::size_t(alignment)]); }
 
 std::optional<Alignment> alignment_of(const std::string& name) {
   const auto found = std::ranges::find(kNames, name);
@@ -265,13 +265,13 @@ OrAbsent<Similarity> align(const std::vector<PosePair>& pairs, Alignment alignme
 std::optional<std::string> doubt_of_scale(const Similarity& S, const std::vector<PosePair>& pairs) {
   constexpr double kFollows = 0.5, kFar = 2;
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-  for (const PosePair& pair : pairs) mean += pair.X_true.translation() / static_cast<double>(pairs.size());
+  for (const PosePair& pair : pairs) mean += pair.X_true.translation() / double(pairs.size());
   double extent = 0, error = 0;
   for (const PosePair& pair : transformed(S, pairs)) {
     extent += (pair.X_true.translation() - mean).squaredNorm();
     error += (pair.X_true.translation() - pair.X_estimate.translation()).squaredNorm();
   }
-  const auto rms = [&](double sum) { return std::sqrt(sum / static_cast<double>(pairs.size())); };
+  const auto rms = [&](double sum) { return std::sqrt(sum / double(pairs.size())); };
   if (!(rms(error) <= kFollows * rms(extent)))
     return fmt::format(
         "the scale {:.4g} is meaningless: the error {:.2g} m is not small compared with the true motion "

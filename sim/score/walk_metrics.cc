@@ -19,7 +19,7 @@ using Numbers = std::vector<double>;
 using Loop = std::vector<LoopLandmark>;
 
 Value landmark_count(C c) {
-  return value_of(c.loop, [](const Loop& loop) -> Value { return static_cast<double>(loop.size()); });
+  return value_of(c.loop, [](const Loop& loop) -> Value { return double(loop.size()); });
 }
 
 const PosePair* last_until(C c, Stamp t) {
@@ -43,7 +43,7 @@ OrAbsent<Closure> closure(C c) {
   const PosePair *before = last_until(c, found - Stamp(1)),
                  *after = last_until(c, found + std::chrono::seconds(1));
   if (!before || !after) return Absent{"no estimate before the closure"};
-  return Closure{static_cast<double>(found.count()) * 1e-9, position_errors({*before}).front(),
+  return Closure{double(found.count()) * 1e-9, position_errors({*before}).front(),
                  position_errors({*after}).front()};
 }
 
@@ -93,8 +93,8 @@ Value vibration_in_band(C c, double from_hz, double below_hz) {
   for (const TrueForce& force : c.run.forces)
     if (c.start && force.t >= *c.start) f.push_back(force.f), mean += force.f;
   if (f.size() < 2) return Absent{"the run has no readings of an ideal IMU"};
-  mean /= static_cast<double>(f.size());
-  const double period_s = 1e-9 * static_cast<double>((c.run.forces[1].t - c.run.forces[0].t).count());
+  mean /= double(f.size());
+  const double period_s = 1e-9 * double((c.run.forces[1].t - c.run.forces[0].t).count());
   const std::size_t n = std::bit_ceil(f.size());
   Eigen::FFT<double> fft;
   double squares = 0;
@@ -104,11 +104,11 @@ Value vibration_in_band(C c, double from_hz, double below_hz) {
     std::vector<std::complex<double>> spectrum;
     fft.fwd(spectrum, values);
     for (std::size_t i = 0; i < n; ++i) {
-      const double hz = static_cast<double>(std::min(i, n - i)) / (static_cast<double>(n) * period_s);
+      const double hz = double(std::min(i, n - i)) / (double(n) * period_s);
       if (hz >= from_hz && hz < below_hz) squares += std::norm(spectrum[i]);
     }
   }
-  return std::sqrt(squares / static_cast<double>(n * f.size()));
+  return std::sqrt(squares / double(n * f.size()));
 }
 
 // It is also 1 if the plan ends before another frame.
@@ -119,7 +119,7 @@ Value track_completion(C c) {
   if (end.count() <= 0) return Absent{"the walk has no plan"};
   const Trajectory& frames = c.run.truth_camera;
   const Stamp interval = frames.size() > 1 ? frames[1].t - frames[0].t : Stamp(0);
-  return last + interval > end ? 1.0 : static_cast<double>(last.count()) / static_cast<double>(end.count());
+  return last + interval > end ? 1.0 : double(last.count()) / double(end.count());
 }
 
 // Returns the fraction of the time between the first and the last observation during which a flag is set. An
@@ -136,7 +136,7 @@ auto fraction_of_time(bool TimedHealth::*flag) {
     }
     const Stamp all = last - c.run.health.front().t;
     if (all.count() == 0) return Absent{"the estimator had fewer than two observations"};
-    return static_cast<double>(set.count()) / static_cast<double>(all.count());
+    return double(set.count()) / double(all.count());
   };
 }
 
@@ -200,8 +200,8 @@ MetricDefinition timeliness(const std::string& name, const std::string& unit, co
 }
 
 double fraction_dropped(const Timeliness& t) {
-  const auto dropped = static_cast<double>(t.dropped);
-  return dropped / (dropped + static_cast<double>(t.took_ms.size()));
+  const auto dropped = double(t.dropped);
+  return dropped / (dropped + double(t.took_ms.size()));
 }
 
 }  // namespace
@@ -219,7 +219,7 @@ MetricDefinitions loop_metrics() {
            fmt::format("1 if loop_landmarks is at least {}, otherwise 0.", kLandmarksOfLoop), Needs::estimate,
            [](C c) {
              return value_of(landmark_count(c), [](double count) -> Value {
-               return count >= static_cast<double>(kLandmarksOfLoop) ? 1.0 : 0.0;
+               return count >= double(kLandmarksOfLoop) ? 1.0 : 0.0;
              });
            },
            smallest, kHeadline},
@@ -316,7 +316,7 @@ MetricDefinitions timeliness_metrics() {
                     budget = " of the simulated time of an answer, as a fraction of the time between frames.";
   return {
       timeliness("dropped_frames", "1", "Number of frames that were dropped because the estimator was busy.",
-                 [](T t) { return static_cast<double>(t.dropped); }),
+                 [](T t) { return double(t.dropped); }),
       timeliness("dropped_frames_fraction", "1", "Fraction of the frames that were dropped.",
                  fraction_dropped),
       timeliness("latency_median_ms", "ms", "Median" + latency, [](T t) { return median(t.latency_ms); }),

@@ -15,12 +15,11 @@ std::array<int, 4096> normal_table() {
   std::array<double, 4096> z;
   double sum = 0;
   for (std::size_t i = 0; i < z.size(); ++i) {
-    z[i] = normal_quantile((static_cast<double>(i) + 0.5) / 4096);
+    z[i] = normal_quantile((double(i) + 0.5) / 4096);
     sum += z[i] * z[i];
   }
   std::array<int, 4096> table;
-  for (std::size_t i = 0; i < z.size(); ++i)
-    table[i] = static_cast<int>(std::lround(z[i] / std::sqrt(sum / 4096) * 4096));
+  for (std::size_t i = 0; i < z.size(); ++i) table[i] = int(std::lround(z[i] / std::sqrt(sum / 4096) * 4096));
   return table;
 }
 
@@ -46,10 +45,10 @@ ImageErrors::ImageErrors(const ImageOptions& sizes, std::uint64_t seed, const st
   const double read = sizes.read_sigma_gray, shot = sizes.shot_sigma_gray;
   constexpr double kWhite = 600, kLoud = 300;  // Larger values would not change any pixel and would overflow.
   for (std::size_t i = 0; i < responses_.size(); ++i) {
-    const double gray = static_cast<double>(i) / 16;
+    const double gray = double(i) / 16;
     const double sigma = sizes.gain * std::sqrt(read * read + shot * shot * gray / 255);
-    responses_[i] = {static_cast<int>(std::lround(std::min(sizes.gain * gray, kWhite) * (1 << 20))),
-                     static_cast<int>(std::lround(256 * std::min(sigma, kLoud)))};
+    responses_[i] = {int(std::lround(std::min(sizes.gain * gray, kWhite) * (1 << 20))),
+                     int(std::lround(256 * std::min(sigma, kLoud)))};
   }
 }
 
@@ -62,11 +61,11 @@ cv::Mat ImageErrors::apply(const cv::Mat& ideal, slam::Stamp t) const {
   double exposure = 1;
   for (const FramesDimmed& dimmed : dimmed_)
     if (dimmed.holds(t)) exposure *= dimmed.factor;
-  const int weight = static_cast<int>(std::lround(kUnitWeight * std::min(exposure, 1000.0)));
+  const int weight = int(std::lround(kUnitWeight * std::min(exposure, 1000.0)));
   std::array<Response, 256> responses;  // fits into the cache
   for (int gray = 0; gray < 256; ++gray)
-    responses[static_cast<std::size_t>(gray)] = responses_[std::min((gray * weight) >> 8, 4095)];
-  Random random(seed_, stream_, static_cast<std::uint64_t>(t.count()));
+    responses[std::size_t(gray)] = responses_[std::min((gray * weight) >> 8, 4095)];
+  Random random(seed_, stream_, std::uint64_t(t.count()));
   cv::Mat out(image.size(), CV_8UC1);
   for (int row = 0; row < image.rows; ++row) {
     const unsigned char* from = image.ptr(row);
@@ -85,8 +84,7 @@ cv::Mat ImageErrors::apply(const cv::Mat& ideal, slam::Stamp t) const {
 
 cv::Mat ImageErrors::covered(const cv::Mat& image, double fraction) const {
   const double side = std::sqrt(fraction);
-  const cv::Size size(static_cast<int>(std::lround(side * image.cols)),
-                      static_cast<int>(std::lround(side * image.rows)));
+  const cv::Size size(int(std::lround(side * image.cols)), int(std::lround(side * image.rows)));
   const cv::Rect middle(cv::Point(image.size() - size) / 2, size);
   cv::Mat out = image.clone();
   if (!middle.empty()) occlusion_texture(size, std::max(1, image.cols / 24), seed_).copyTo(out(middle));

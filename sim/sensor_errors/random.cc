@@ -26,7 +26,7 @@ std::uint64_t fnv1a(std::string_view text) {
 // every machine, unlike the C library's. x > 0 and normal.
 double fixed_log(double x) {
   const auto word = std::bit_cast<std::uint64_t>(x);
-  int exponent = static_cast<int>(word >> 52) - 1023;
+  int exponent = int(word >> 52) - 1023;
   double m = std::bit_cast<double>((word & 0xfffffffffffffull) | (1023ull << 52));
   if (m > 1.4142135623730951) m /= 2, ++exponent;
   const double s = (m - 1) / (m + 1), s2 = s * s;
@@ -72,9 +72,9 @@ Random::Random(std::uint64_t seed, std::string_view name, std::uint64_t item) : 
 
 std::uint64_t Random::bits() { return mix(key_ ^ mix(++counter_ * kGolden)); }
 
-double Random::uniform() { return static_cast<double>(bits() >> 11) * 0x1p-53; }
+double Random::uniform() { return double(bits() >> 11) * 0x1p-53; }
 
-double Random::normal() { return normal_quantile((static_cast<double>(bits() >> 12) + 0.5) * 0x1p-52); }
+double Random::normal() { return normal_quantile((double(bits() >> 12) + 0.5) * 0x1p-52); }
 
 double normal_quantile(double p) {
   const double q = p - 0.5;

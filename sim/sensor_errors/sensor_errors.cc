@@ -83,15 +83,15 @@ bool is_lost(std::uint64_t seed, const char* stream, Stamp t, double fraction) {
 // Marks the pixels on both sides of the edges between columns.
 void mark_edges(const cv::Mat1w& depth_mm, cv::Mat1b& marks) {
   // 0 if the column has no depth, and beyond both ends.
-  std::vector<float> inverse(static_cast<std::size_t>(depth_mm.cols) + 2);
+  std::vector<float> inverse(std::size_t(depth_mm.cols) + 2);
   const auto difference = [](float a, float b) { return a > 0 && b > 0 ? std::abs(a - b) : 0; };
   for (int row = 0; row < depth_mm.rows; ++row) {
     for (int i = 0; i < depth_mm.cols; ++i) {
       const unsigned short z = depth_mm(row, i);
-      inverse[static_cast<std::size_t>(i) + 1] = z > 0 ? 1.0f / static_cast<float>(z) : 0;
+      inverse[std::size_t(i) + 1] = z > 0 ? 1.0f / float(z) : 0;
     }
     for (int i = 0; i + 1 < depth_mm.cols; ++i) {
-      const float* w = &inverse[static_cast<std::size_t>(i)];
+      const float* w = &inverse[std::size_t(i)];
       const float slant = std::max(difference(w[0], w[1]), difference(w[2], w[3]));
       if (difference(w[1], w[2]) > std::max(3 * slant, 0.02f * std::max(w[1], w[2])))
         marks(row, i) = marks(row, i + 1) = 1;
@@ -113,7 +113,7 @@ cv::Mat1f correlated_noise(const cv::Size& size, double window_px, Random random
     std::vector<Weights> all;
     for (int i = 0; i < count; ++i) {
       const double at = (start + i) / cell, part = at - std::floor(at), root = std::hypot(1 - part, part);
-      all.push_back({static_cast<int>(at), float((1 - part) / root), float(part / root)});
+      all.push_back({int(at), float((1 - part) / root), float(part / root)});
     }
     return all;
   };
@@ -141,7 +141,7 @@ cv::Mat1f disparity_noise(const cv::Size& size, const rig::RigSensor& sensor, co
   const double part = slam::seconds(t - before * kLasts) / slam::seconds(kLasts),
                root = std::hypot(1 - part, part);
   const auto noise = [&](const std::string& name, Stamp::rep item) {
-    return correlated_noise(size, sensor.window_px, Random(seed, name, static_cast<std::uint64_t>(item)));
+    return correlated_noise(size, sensor.window_px, Random(seed, name, std::uint64_t(item)));
   };
   const cv::Mat1f lasting = noise(stream + " lasting", before) * ((1 - part) / root) +
                             noise(stream + " lasting", before + 1) * (part / root);
@@ -211,14 +211,14 @@ InertialErrors::InertialErrors(std::string sensor, const InertialErrorSizes& siz
 void InertialErrors::apply(std::vector<InertialSample>& readings) {
   for (InertialSample& reading : readings) reading.value = disturbed(reading);
   std::erase_if(readings, [this](const InertialSample& reading) {
-    return std::any_of(silences_.begin(), silences_.end(), [&](const Span& s) { return s.touches(reading); });
+    return std::ranges::any_of(silences_, [&](const Span& s) { return s.touches(reading); });
   });
 }
 
 // A reading split by a frame is a mean over less than 5 ms. Its noise is scaled up, so that the integral over
 // the whole 5 ms has the variance of an unsplit reading.
 Eigen::Vector3d InertialErrors::disturbed(const InertialSample& reading) {
-  const auto item = static_cast<std::uint64_t>(reading.end.count());
+  const auto item = std::uint64_t(reading.end.count());
   const double duration_s = slam::seconds(reading.end - reading.begin);
   if (sizes_.bias_walk_sigma > 0)
     bias_ +=
@@ -319,8 +319,8 @@ RigErrors::RigErrors(const std::vector<rig::RigSensor>& rig, std::uint64_t seed)
 
 void RigErrors::apply(std::vector<slam::RigReading>& readings) {
   for (slam::RigReading& reading : readings) {
-    Sensor& sensor = sensors_.at(static_cast<std::size_t>(reading.sensor));
-    const Random random(seed_, sensor.stream, static_cast<std::uint64_t>(reading.t.count()));
+    Sensor& sensor = sensors_.at(std::size_t(reading.sensor));
+    const Random random(seed_, sensor.stream, std::uint64_t(reading.t.count()));
     const slam::Stamp offset = stamp(sensor.is.time_offset_s);
     cv::Mat& image = reading.image;
     if (sensor.is.kind == rig::Kind::lidar) {
@@ -396,7 +396,7 @@ void SensorErrors::disturb(slam::LegMotion& legs, slam::Stamp t) {
   if (!first_p_OC_) first_p_OC_ = p_OC;
   if (sizes.scale_fraction != 0) p_OC.head<2>() += sizes.scale_fraction * (p_OC - *first_p_OC_).head<2>();
   if (sizes.sigma_m == 0) return;
-  Random random(seed_, "leg odometry", static_cast<std::uint64_t>(t.count()));
+  Random random(seed_, "leg odometry", std::uint64_t(t.count()));
   for (int axis = 0; axis < 3; ++axis) p_OC(axis) += sizes.sigma_m * random.normal();
 }
 

@@ -21,10 +21,10 @@ void require_tunable(const Yaml& at, const std::string& key) {
 std::vector<Range> read_parameters(const Yaml& node) {
   require_map(node, "parameters", "keys with ranges, as in {slam.gyro.sigma_rad_s: {from: 0.001, to: 0.1}}");
   std::vector<Range> all;
-  for (std::size_t i = 0; i < node.keys.size(); ++i) {
-    require_tunable(node.keys[i], node.keys[i].text);
-    all.push_back(read_range(node.keys[i], node.items[i]));
-    for (const std::string& also : all.back().also) require_tunable(node.items[i], also);
+  for (const auto& [key, range] : node.entries()) {
+    require_tunable(key, key.text);
+    all.push_back(read_range(key, range));
+    for (const std::string& also : all.back().also) require_tunable(range, also);
   }
   if (all.empty()) fail(node, "parameters", "is empty, expected at least one key with its range");
   return all;
@@ -114,7 +114,7 @@ void require_unseen(const Yaml& node, const std::vector<SpecRun>& holdout,
 /// Reads training or hold-out. `seen`: the training that a hold-out must not repeat.
 std::vector<SpecRun> read_side(const Yaml& node, const std::string& key, const fs::path& folder,
                                const std::vector<SpecRun>& seen = {}) {
-  if (node.kind != Yaml::Kind::list || node.items.empty())
+  if (!node.is_list() || node.items.empty())
     fail(node, key,
          "expected a list of recordings, as in [{recordings: results/tangent_circle, seeds: 1..4}]");
   std::vector<SpecRun> all;
@@ -141,7 +141,7 @@ void complete_starts(const Yaml& root, Spec& spec) {
 
 }  // namespace
 
-std::string_view name(Objective objective) { return kObjectives[static_cast<std::size_t>(objective)]; }
+std::string_view name(Objective objective) { return kObjectives[std::size_t(objective)]; }
 
 Spec read_spec(const fs::path& file) {
   const Yaml root = scenario::parse_yaml_file(file);

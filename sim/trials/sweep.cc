@@ -53,11 +53,11 @@ Tried read_argument(const std::string& argument, int n) {
   key.origin = {"<argument>", n, 1};
   if (equals == argument.npos)
     fail(key, "", "'{}': expected KEY=VALUE,VALUE; quote values with spaces", argument);
-  const scenario::Origin origin{"<argument>", n, static_cast<int>(equals) + 1};  // the bracket is at the '='
+  const scenario::Origin origin{"<argument>", n, int(equals) + 1};  // the bracket is at the '='
   const Yaml values = scenario::parse_yaml("[" + argument.substr(equals + 1) + "]", origin);
   const auto* const known = scenario::find_key(key.text);
   const bool bracketed = known && known->expected.find("a list of") == std::string::npos &&
-                         values.items.size() == 1 && values.items[0].kind == Yaml::Kind::list;
+                         values.items.size() == 1 && values.items[0].is_list();
   return read_tried(key, bracketed ? values.items[0] : values);
 }
 
@@ -80,7 +80,7 @@ Axis axis_of(const Tried& tried) {
 
 Axis samples_of(const std::vector<Tried>& sampled, int samples) {
   Axis axis;
-  for (const auto& coordinates : sobol_points(static_cast<std::size_t>(samples), sampled.size())) {
+  for (const auto& coordinates : sobol_points(std::size_t(samples), sampled.size())) {
     Point all;
     for (std::size_t d = 0; d < sampled.size(); ++d) {
       const Range& range = std::get<Range>(sampled[d].values);
@@ -116,9 +116,9 @@ std::string on_one_line(const std::string& text) {
 /// Returns the number of combinations of values. Throws ConfigError if there are too many trials.
 std::size_t combinations(const SweepSpec& spec, std::size_t seeds) {
   double n = 1;
-  for (const Axis& axis : spec.axes) n *= static_cast<double>(axis.size());
-  const double trials = n * static_cast<double>(spec.scenarios.size() * seeds);
-  if (trials <= kMostTrials) return static_cast<std::size_t>(n);
+  for (const Axis& axis : spec.axes) n *= double(axis.size());
+  const double trials = n * double(spec.scenarios.size() * seeds);
+  if (trials <= kMostTrials) return std::size_t(n);
   const std::string why = fmt::format(
       "makes {:.0f} trials of {:.0f} combinations, {} scenarios and {} seeds, expected at most {}", trials, n,
       spec.scenarios.size(), seeds, kMostTrials);
@@ -140,7 +140,7 @@ std::vector<const Point*> points_of(const SweepSpec& spec, std::size_t combinati
 /// Shortens the labels of estimators or controllers to their names if different values have different names.
 void label_programs(SweepPlan& plan, const std::string& key, programs::Choice scenario::Scenario::*choice) {
   std::map<std::string, std::set<std::string>> values_of;
-  const auto k = static_cast<std::size_t>(std::ranges::find(plan.keys, key) - plan.keys.begin());
+  const auto k = std::size_t(std::ranges::find(plan.keys, key) - plan.keys.begin());
   if (k == plan.keys.size()) return;
   for (const Configuration& one : plan.configurations)
     values_of[(one.read.scenario.*choice).name].insert(one.values[k]);
@@ -187,7 +187,7 @@ SweepSpec read_sweep(const fs::path& file, const std::vector<std::string>& argum
       {"scenario", [&](const Yaml& value) { spec.scenarios = {read_path(value, "scenario", folder)}; }},
       {"scenarios",
        [&](const Yaml& list) {
-         if (list.kind != Yaml::Kind::list || list.items.empty())
+         if (!list.is_list() || list.items.empty())
            fail(list, "scenarios", "expected a list of scenarios' YAML files");
          for (const Yaml& item : list.items) spec.scenarios.push_back(read_path(item, "scenarios", folder));
        }},
@@ -195,8 +195,7 @@ SweepSpec read_sweep(const fs::path& file, const std::vector<std::string>& argum
       {"parameters",
        [&](const Yaml& map) {
          require_map(map, "parameters", "keys with values, as in {slam.vision.sigma_px: [1, 1.5, 2]}");
-         for (std::size_t k = 0; k < map.keys.size(); ++k)
-           parameters.push_back(read_tried(map.keys[k], map.items[k]));
+         for (const auto& [key, value] : map.entries()) parameters.push_back(read_tried(key, value));
        }},
       {"samples", [&](const Yaml& value) {
          scenario::read(value, "samples", {1, kMostTrials}, samples_of_file.emplace());
@@ -210,7 +209,7 @@ SweepSpec read_sweep(const fs::path& file, const std::vector<std::string>& argum
     spec.scenarios = {file};
   if (spec.scenarios.empty()) fail(root, "scenario", "missing, expected a scenario's YAML file");
   for (std::size_t i = 0; i < arguments.size(); ++i)
-    parameters.push_back(read_argument(arguments[i], static_cast<int>(i) + 1));
+    parameters.push_back(read_argument(arguments[i], int(i) + 1));
   if ((samples || samples_of_file) && std::ranges::none_of(parameters, &Tried::is_sampled))
     throw scenario::ConfigError(fmt::format(
         "{}: samples: no parameter is a range without points, so there is nothing to sample", file.string()));

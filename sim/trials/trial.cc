@@ -29,7 +29,7 @@ std::optional<double> mean_pose_nll(const score::ScoreContext& scored) {
     if (!nll) return std::nullopt;
     sum += *nll;
   }
-  return std::isfinite(sum) ? std::optional(sum / static_cast<double>(scored.pairs.size())) : std::nullopt;
+  return std::isfinite(sum) ? std::optional(sum / double(scored.pairs.size())) : std::nullopt;
 }
 
 }  // namespace
@@ -71,7 +71,7 @@ std::optional<double> innovation_nll(const tracking::Tracked& tracked, double ar
       sum.dof += nis.dof;
       if (sensor == "vision") matched_dof = nis.dof;
     }
-    const int unmatched = static_cast<int>(frame.report.searched.size()) - matched_dof / 2;
+    const int unmatched = int(frame.report.searched.size()) - matched_dof / 2;
     if (unmatched > 0)
       sums["vision"].nll += unmatched * std::log(area_px2), sums["vision"].dof += 2 * unmatched;
   }

@@ -5,6 +5,7 @@
 
 #include "sim/files/json.h"
 #include "sim/recording/manifest.h"
+#include "sim/result/limits.h"
 #include "sim/scenario/keys.h"
 
 namespace sim::trials {
@@ -36,8 +37,8 @@ class Runs {
     std::vector<Task> tasks, missing;
     for (std::size_t i = 0; i < runs_.size(); ++i)
       for (const Point& point : points) tasks.push_back(task(i, point));
-    std::copy_if(tasks.begin(), tasks.end(), std::back_inserter(missing),
-                 [&](const Task& task) { return !log_.find(task.key); });
+    std::ranges::copy_if(tasks, std::back_inserter(missing),
+                         [&](const Task& task) { return !log_.find(task.key); });
     if (!missing.empty()) run_tasks_(missing, log_);
     std::vector<Records> records(points.size());
     for (std::size_t k = 0; k < tasks.size(); ++k) {
@@ -86,10 +87,7 @@ ordered_json to_json(const StartAndBest& both, const std::vector<SpecRun>& runs,
   const auto add = [&](const std::string& name, const auto& of) {
     for (const auto& [which, records] : {std::pair("start", &both.start), std::pair("best", &both.best)}) {
       ordered_json& column = document["values"][name][which] = ordered_json::array();
-      for (const JobRecord* record : *records) {
-        const std::optional<double> value = of(*record);
-        column.push_back(value ? ordered_json(*value) : ordered_json(nullptr));
-      }
+      for (const JobRecord* record : *records) column.push_back(result::or_null(std::optional(of(*record))));
     }
   };
   add(std::string(name(spec.objective)), [&](const JobRecord& r) { return loss_of(r, spec.objective); });
@@ -123,8 +121,8 @@ Judgment judge(const StartAndBest& holdout, Objective objective) {
     judgment.verdict = Verdict::worse;
   else if (judgment.test && judgment.test->high < 0)
     judgment.verdict = Verdict::better;
-  judgment.text = fmt::format("{} on hold-out: {}", name(objective),
-                              kVerdicts[static_cast<std::size_t>(judgment.verdict)]);
+  judgment.text =
+      fmt::format("{} on hold-out: {}", name(objective), kVerdicts[std::size_t(judgment.verdict)]);
   const std::string pairs = files::counted(judgment.changes.size(), "pair");
   if (judgment.test)
     judgment.text +=
@@ -172,7 +170,7 @@ Found find(const Spec& spec, JobLog& log, const RunTasks& run_tasks, const ShowP
         found.history += fmt::format(",{}", spec.parameters[i].value_at(point[i]));
       found.history += fmt::format(",{}\n", losses.back());
     }
-    show(static_cast<double>(found.tried) / spec.trials,
+    show(double(found.tried) / spec.trials,
          fmt::format("search, setting {}, best {:.5g}", found.tried, least));
     return losses;
   };
@@ -181,7 +179,7 @@ Found find(const Spec& spec, JobLog& log, const RunTasks& run_tasks, const ShowP
   while (found.tried < spec.trials) {
     std::vector<Point> generation = cma_es.ask();
     const bool whole = found.tried + spec.population <= spec.trials;
-    if (!whole) generation.resize(static_cast<std::size_t>(spec.trials - found.tried));
+    if (!whole) generation.resize(std::size_t(spec.trials - found.tried));
     const std::vector<double> losses = evaluate("search", generation);
     if (whole) cma_es.tell(losses);
   }
@@ -201,7 +199,7 @@ std::string overlay(const Spec& spec, const Point& best, const Judgment& judgmen
 
 std::string result_text(const Spec& spec, const Found& found, const StartAndBest& holdout,
                         const Judgment& judgment) {
-  const std::size_t trials = static_cast<std::size_t>(found.tried) * spec.training.size();
+  const std::size_t trials = std::size_t(found.tried) * spec.training.size();
   std::string text = fmt::format("{} tried on {}, {} of {} failed\n", files::counted(found.tried, "setting"),
                                  files::counted(spec.training.size(), "training run"), found.failed,
                                  files::counted(trials, "trial"));
@@ -236,7 +234,7 @@ std::string tune_json(const Spec& spec, const Found& found, const StartAndBest& 
                             {"mean", test ? ordered_json(score::mean(judgment.changes)) : ordered_json()},
                             {"interval_95", test ? ordered_json{test->low, test->high} : ordered_json()},
                             {"newly_failed", judgment.newly_failed},
-                            {"verdict", kVerdicts[static_cast<std::size_t>(judgment.verdict)]},
+                            {"verdict", kVerdicts[std::size_t(judgment.verdict)]},
                             {"text", judgment.text}};
   return files::json_text(ordered_json{{"format_version", 4},
                                        {"name", spec.name},
@@ -262,7 +260,7 @@ double loss_of(const JobRecord& record, Objective objective) {
 double mean_loss(const Records& records, Objective objective) {
   double sum = 0;
   for (const JobRecord* record : records) sum += loss_of(*record, objective);
-  return sum / static_cast<double>(records.size());
+  return sum / double(records.size());
 }
 
 std::string log_purpose(const std::string& program, const Spec& spec) {

@@ -47,7 +47,7 @@ void require_rising(const Yaml& node, const Range& range) {
 double reflected(double x) { return std::min(std::abs(std::remainder(x, 2)), 1.0); }
 
 bool is_range(const Yaml& node) {
-  return node.kind == Yaml::Kind::map && std::ranges::any_of(node.keys, [](const Yaml& key) {
+  return node.is_map() && std::ranges::any_of(node.keys, [](const Yaml& key) {
            return key.text == "from" || key.text == "to";
          });
 }
@@ -99,10 +99,10 @@ Range read_range(const Yaml& key, const Yaml& node) {
 }
 
 Values read_values(const Yaml& key, const Yaml& node) {
-  if (node.kind == Yaml::Kind::list && node.items.size() == 1 && is_range(node.items[0]))
+  if (node.is_list() && node.items.size() == 1 && is_range(node.items[0]))
     return read_range(key, node.items[0]);
   if (is_range(node)) return read_range(key, node);
-  if (node.kind != Yaml::Kind::list) return std::vector{node};
+  if (!node.is_list()) return std::vector{node};
   if (node.items.empty()) fail(node, key.text, "has no values");
   for (const Yaml& item : node.items)
     if (item.kind == Yaml::Kind::empty) fail(item, key.text, "a value is missing");
@@ -125,16 +125,15 @@ std::vector<std::vector<double>> sobol_points(std::size_t n, std::size_t dimensi
   boost::random::sobol sequence(dimensions);
   std::vector<std::vector<double>> points(n, std::vector<double>(dimensions));
   for (std::vector<double>& point : points)
-    for (double& coordinate : point) coordinate = 0x1p-64 * static_cast<double>(sequence());
+    for (double& coordinate : point) coordinate = 0x1p-64 * double(sequence());
   return points;
 }
 
 // Equations and default values of table 1 of the tutorial, without negative weights.
 CmaEs::Rates CmaEs::rates(double n, int count) {
   Rates r;
-  r.weights = Eigen::VectorXd::NullaryExpr(count / 2, [&](Eigen::Index i) {
-    return std::log((count + 1) / 2.0) - std::log(1.0 + static_cast<double>(i));
-  });
+  r.weights = Eigen::VectorXd::NullaryExpr(
+      count / 2, [&](Eigen::Index i) { return std::log((count + 1) / 2.0) - std::log(1.0 + double(i)); });
   r.weights /= r.weights.sum();
   r.mu_eff = 1 / r.weights.squaredNorm();
   r.c_sigma = (r.mu_eff + 2) / (n + r.mu_eff + 5);
@@ -147,11 +146,8 @@ CmaEs::Rates CmaEs::rates(double n, int count) {
 }
 
 CmaEs::CmaEs(const std::vector<double>& start, double step, int count, std::uint64_t seed)
-    : count_(count),
-      rates_(rates(static_cast<double>(start.size()), count)),
-      sigma_(step),
-      random_(seed, "cma-es") {
-  const auto n = static_cast<Eigen::Index>(start.size());
+    : count_(count), rates_(rates(double(start.size()), count)), sigma_(step), random_(seed, "cma-es") {
+  const auto n = Eigen::Index(start.size());
   mean_ = Eigen::Map<const Eigen::VectorXd>(start.data(), n);
   p_sigma_ = p_c_ = Eigen::VectorXd::Zero(n);
   D_ = Eigen::VectorXd::Ones(n);
@@ -178,10 +174,9 @@ std::vector<std::vector<double>> CmaEs::ask() {
 void CmaEs::tell(const std::vector<double>& values) {
   std::vector<Eigen::Index> order(values.size());
   std::iota(order.begin(), order.end(), Eigen::Index{0});
-  std::stable_sort(order.begin(), order.end(), [&](Eigen::Index a, Eigen::Index b) {
-    return values[static_cast<std::size_t>(a)] < values[static_cast<std::size_t>(b)];
-  });
-  order.resize(static_cast<std::size_t>(rates_.weights.size()));
+  std::ranges::stable_sort(
+      order, [&](Eigen::Index a, Eigen::Index b) { return values[std::size_t(a)] < values[std::size_t(b)]; });
+  order.resize(std::size_t(rates_.weights.size()));
   const Eigen::MatrixXd Y = (asked_(Eigen::all, order).colwise() - mean_) / sigma_;
   const Eigen::VectorXd step = Y * rates_.weights;  // eq. (41)
   mean_ += sigma_ * step;
@@ -200,8 +195,7 @@ void CmaEs::adapt(const Eigen::VectorXd& step) {
              std::sqrt(rates_.c_sigma * (2 - rates_.c_sigma) * rates_.mu_eff) * white;  // eq. (43)
   const double length = p_sigma_.norm();
   const double settled = std::sqrt(1 - std::pow(1 - rates_.c_sigma, 2 * (generation_ + 1)));
-  const bool straight =
-      length / settled < (1.4 + 2 / (static_cast<double>(mean_.size()) + 1)) * rates_.expected_length;
+  const bool straight = length / settled < (1.4 + 2 / (double(mean_.size()) + 1)) * rates_.expected_length;
   p_c_ *= 1 - rates_.c_c;
   if (straight) p_c_ += std::sqrt(rates_.c_c * (2 - rates_.c_c) * rates_.mu_eff) * step;  // eq. (45)
   const double kept =

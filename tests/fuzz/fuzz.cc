@@ -66,7 +66,7 @@ std::size_t selected(std::string_view text, std::size_t count) {
 }
 Inputs one_of_each(const auto& files) {
   Inputs all;
-  for (const auto& [name, content] : files) all.push_back(static_cast<char>(all.size()) + content);
+  for (const auto& [name, content] : files) all.push_back(char(all.size()) + content);
   return all;
 }
 

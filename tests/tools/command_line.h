@@ -10,7 +10,6 @@
 
 namespace tests {
 
-namespace fs = std::filesystem;
 using nlohmann::json;
 using testing::AllOf, testing::ContainsRegex, testing::IsEmpty, testing::MatchesRegex, testing::Not,
     testing::StartsWith;

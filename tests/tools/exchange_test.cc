@@ -103,7 +103,7 @@ TEST_F(Exchange, AVideoHasAPictureForEachFrame) {
   EXPECT_EQ(shell("ffprobe -v error -count_packets -select_streams v -show_entries "
                   "stream=width,height,nb_read_packets -of csv=p=0 v.webm")
                 .out,
-            "1280,480," + std::to_string(std::count(rows.begin(), rows.end(), '\n') - 1) + "\n");
+            "1280,480," + std::to_string(std::ranges::count(rows, '\n') - 1) + "\n");
   expect_refused({{"video r/seed-1 --out v.webm", "v.webm: already exists; --force replaces it"},
                   {"video r/seed-1 --out v.gif", "--out: expected a .mp4 or .webm file, not 'v.gif'"}});
   shell("cp -r r/seed-1 x; sed -i 's/^estimator:.*/estimator: {program: [there]}/' x/scenario.yaml");

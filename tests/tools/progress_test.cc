@@ -59,7 +59,7 @@ TEST_F(Progress, IsOneLineOnATerminalAndOtherwiseALineNowAndThen) {
   EXPECT_EQ(cli::progress_text("tune", 0.999, 5, {}, "search"), "tune: 99 %; search");
   const std::string lines = shown({.first = 0ms, .heartbeat = 100ms});
   EXPECT_THAT(lines, AllOf(testing::StartsWith("gaitslam: walk: 25 %\n"), Lacks("\033")));
-  EXPECT_GE(std::count(lines.begin(), lines.end(), '\n'), 2);
+  EXPECT_GE(std::ranges::count(lines, '\n'), 2);
   EXPECT_THAT(shown({.redraws = true, .first = 0ms}),
               AllOf(Has("\r\033[Kwalk: 25 %"), testing::EndsWith("\r\033[K"), Lacks("\n")));
 }

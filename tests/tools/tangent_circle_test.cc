@@ -40,7 +40,7 @@ class TangentCircle : public CommandLine {
       const double value = tests::metric(seed, metric);
       values.push_back(std::isnan(value) ? 1e9 : value);
     }
-    std::sort(values.begin(), values.end());
+    std::ranges::sort(values);
     return values.at(1);
   }
 

@@ -17,20 +17,24 @@ struct CheckRequest {
   scenario::Changes changes;
 };
 
-/// Reads the file and does everything that a run does before the robot walks. Prints the first error.
-bool is_valid(const std::string& file, const scenario::Changes& changes, const fs::path& models) {
+/// Reads the file and does everything that a run does before the robot walks.
+void check_one(const std::string& file, const scenario::Changes& changes) {
+  const auto read = scenario::read_scenario(file, changes);
+  print_warnings(read);
+  require_models(read, standard_models());
+  const auto checked = check_start(read, standard_models());
+  std::cout << fmt::format(
+      "{}: valid{}\n", read.origin.contains("name") ? file + ", " + read.scenario.name : file,
+      checked ? fmt::format(", a walk of {:.2f} s", double(checked->ticks()) * walking::kPeriod)
+      : read.scenario.controller.source == programs::Source::program
+          ? "; its walking controller started and answered READY"
+          : "; not checked whether the robot can walk it: built without the simulator");
+}
+
+/// Returns whether `check` of a file throws nothing. Prints its error.
+bool passes(const std::string& file, const std::function<void()>& check) {
   try {
-    const auto read = scenario::read_scenario(file, changes);
-    print_warnings(read);
-    require_models(read, models);
-    const auto checked = check_start(read, models);
-    std::cout << fmt::format(
-        "{}: valid{}\n", read.origin.contains("name") ? file + ", " + read.scenario.name : file,
-        checked
-            ? fmt::format(", a walk of {:.2f} s", static_cast<double>(checked->ticks()) * walking::kPeriod)
-        : read.scenario.controller.source == programs::Source::program
-            ? "; its walking controller started and answered READY"
-            : "; not checked whether the robot can walk it: built without the simulator");
+    check();
     return true;
   } catch (const scenario::ConfigError& e) {
     std::cerr << files::sanitize(e.what()) << '\n';
@@ -42,23 +46,19 @@ bool is_valid(const std::string& file, const scenario::Changes& changes, const f
 
 /// Checks a scenario, or each scenario of a suite.
 bool are_valid(const std::string& file, const CheckRequest& request) {
-  std::vector<regression::SuiteEntry> entries;
-  try {
-    if (!regression::is_suite(file)) return is_valid(file, request.changes, standard_models());
-    entries = regression::read_suite(file).entries;
-  } catch (const scenario::ConfigError& e) {
-    std::cerr << files::sanitize(e.what()) << '\n';
-    return false;
-  }
   bool valid = true;
-  for (const auto& entry : entries) {
-    scenario::Changes all = entry.changes;
-    std::ranges::copy(request.changes.overrides, std::back_inserter(all.overrides));
-    std::ranges::copy(request.changes.without, std::back_inserter(all.without));
-    all.with = request.changes.with;
-    valid &= is_valid(entry.file.string(), all, standard_models());
-  }
-  return valid;
+  return passes(file,
+                [&] {
+                  if (!regression::is_suite(file)) return check_one(file, request.changes);
+                  for (const auto& entry : regression::read_suite(file).entries) {
+                    scenario::Changes all = entry.changes;
+                    std::ranges::copy(request.changes.overrides, std::back_inserter(all.overrides));
+                    std::ranges::copy(request.changes.without, std::back_inserter(all.without));
+                    all.with = request.changes.with;
+                    valid &= passes(entry.file.string(), [&] { check_one(entry.file.string(), all); });
+                  }
+                }) &&
+         valid;
 }
 
 int check(CheckRequest& request) {

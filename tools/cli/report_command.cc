@@ -105,7 +105,7 @@ std::vector<pages::RunData> read_runs(const ReportRequest& request, ProgressLine
   std::vector<pages::RunData> runs;
   for (const fs::path& folder : folders) {
     runs.push_back(pages::read_run(folder));
-    progress.show(0.5 * static_cast<double>(runs.size()) / static_cast<double>(folders.size()), "reading");
+    progress.show(0.5 * double(runs.size()) / double(folders.size()), "reading");
   }
   return runs;
 }

@@ -27,8 +27,7 @@ struct RunRequest : OutRequest {
   std::string scenario;
   std::optional<std::string> seeds;
   scenario::Changes changes;
-  std::optional<int> jobs;
-  std::string backend = "local";
+  Backend backend;
   bool cached = false, all_metrics = false;
   ViewRequest view;
   BatchMember batch;
@@ -64,8 +63,10 @@ int run_one(const scenario::ReadScenario& read, const RunRequest& request, const
     const result::ResultPlace place =
         result_place(folder, scenario::models_hash(standard_models()), standard_models());
     const auto show = [&](double part) { progress.show(part); };
-    const int threads =
-        request.jobs.value_or(request.batch.parent ? 1 : 2);  // one of several processes has one core
+    const int asked = request.backend.jobs,
+              threads = asked > 0              ? asked
+                        : request.batch.parent ? 1
+                                               : 2;  // one of several has one core
     // Measured times are not repeatable, so no replay could reproduce a run that depends on them.
     const bool measured = read.scenario.estimator_time.model == scenario::TimeModel::measured;
     outcome = request.cached && !measured
@@ -95,14 +96,12 @@ int run_seeds(const scenario::ReadScenario& read, const RunRequest& request) {
   const fs::path& root = out.path();
   const std::vector<std::uint64_t> beside =
       seeds_beside(jobs.front(), root, standard_models(), request.force);
-  const auto ends =
-      make_results(jobs, out,
-                   {.models = standard_models(),
-                    .title = fmt::format("{} seeds of {}", jobs.size(), read.scenario.name),
-                    .backend = {.name = request.backend,
-                                .jobs = request.jobs.value_or(request.backend == "slurm" ? 0 : 1)},
-                    .cached = request.cached,
-                    .force = request.force});
+  const auto ends = make_results(jobs, out,
+                                 {.models = standard_models(),
+                                  .title = fmt::format("{} seeds of {}", jobs.size(), read.scenario.name),
+                                  .backend = request.backend,
+                                  .cached = request.cached,
+                                  .force = request.force});
   std::vector<result::SeedScore> scores = read_scores(jobs, ends, root);
   for (const std::uint64_t seed : beside)
     if (std::ranges::count(jobs, seed, &ResultJob::seed) == 0)
@@ -121,8 +120,8 @@ int run(RunRequest& request) {
   require_simulator();
   if (request.view.view && (request.seeds || request.cached))
     throw UsageError("--view: shows one live walk, expected no {}", request.seeds ? "--seeds" : "--cached");
-  if (!request.seeds && request.backend != "local")
-    throw UsageError("--backend {}: is for several seeds, expected --seeds", request.backend);
+  if (!request.seeds && request.backend.slurm())
+    throw UsageError("--backend slurm: is for several seeds, expected --seeds");
   scenario::ReadScenario read = scenario::read_scenario(request.scenario, request.changes);
   print_warnings(read);
   join_batch(request.batch, &read);
@@ -209,10 +208,10 @@ struct CleanRequest {
 
 int clean(CleanRequest& request) {
   const Cache cache(recording::cache_place());
-  const Cache::Cleaned cleaned = cache.clean(static_cast<std::uintmax_t>(request.gigabytes * kGigabyte));
+  const Cache::Cleaned cleaned = cache.clean(std::uintmax_t(request.gigabytes * kGigabyte));
   std::cout << fmt::format("{} removed from {}, {:.2f} GB; {} kept because they are in use\n",
                            files::counted(cleaned.removed, "recording"), cache.place().folder.string(),
-                           static_cast<double>(cleaned.bytes) / kGigabyte, cleaned.kept);
+                           double(cleaned.bytes) / kGigabyte, cleaned.kept);
   return 0;
 }
 
@@ -223,9 +222,9 @@ void add_run(CLI::App& app, int& exit_code) {
       app, exit_code, "run", "Simulate a walk, run the filter on it and score both", kRunExamples, run);
   add_scenario(command, request.scenario, request.changes)->required();
   add_seeds(command, request.seeds, "run several seeds, each in its own process");
-  add_jobs(command, request.jobs,
-           "with --seeds, processes at a time (default 1); otherwise cores, 1 or 2 (default 2)");
-  add_backend(command, request.backend);
+  add_backend_options(command, request.backend,
+                      "with --seeds, processes at a time (default 1), or array elements; otherwise cores, 1 "
+                      "or 2 (default 2)");
   add_out(command, request);
   add_cached(command, request.cached);
   add_all_metrics(command, request.all_metrics);

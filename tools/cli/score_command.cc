@@ -42,7 +42,7 @@ struct ScoreRequest {
 template <typename T>
 T named(const char* option, const std::string& name, std::initializer_list<std::string_view> names,
         const char* expected) {
-  const auto* const found = std::find(names.begin(), names.end(), name);
+  const auto* const found = std::ranges::find(names, name);
   if (found == names.end()) throw UsageError("{} {}: expected {}", option, name, expected);
   return static_cast<T>(found - names.begin());
 }
@@ -87,7 +87,7 @@ int print(ScoreRequest& request) {
       kRelations);
   options.relative = spans(request);
   for (std::size_t i = 0; i < request.turn_deg.size(); ++i)
-    options.body_turn[static_cast<int>(i)] = request.turn_deg[i] * score::kDegree;
+    options.body_turn[int(i)] = request.turn_deg[i] * score::kDegree;
   if (!request.estimate && !fs::is_directory(request.truth))
     throw UsageError("{}: is one trajectory, expected an estimate as second argument, or a result folder",
                      request.truth.string());

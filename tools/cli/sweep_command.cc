@@ -40,7 +40,7 @@ int run_listed(TrialsRequest& request) {
   for (const Job& job : jobs) {
     const trials::Task task{job.key, job.seed, job.scenario, job.recording};
     records.push_back(run_task(task, [&](const auto& read) { return recording_of(job.recording, read); }));
-    progress.show(static_cast<double>(records.size()) / static_cast<double>(jobs.size()));
+    progress.show(double(records.size()) / double(jobs.size()));
   }
   files::write_atomically(request.records, result::to_lines(records));
   return 0;

@@ -136,7 +136,7 @@ Result track(double down_deg, double exposure_s, Change change) {
   double squares = 0;
   for (const score::PosePair& pair : pairs)
     squares += ((S * pair.X_estimate).translation() - pair.X_true.translation()).squaredNorm();
-  result.ate_m = std::sqrt(squares / static_cast<double>(pairs.size()));
+  result.ate_m = std::sqrt(squares / double(pairs.size()));
   return result;
 }
 

@@ -1,7 +1,5 @@
 #include "sim/camera/head_camera.h"
 
-#include <opencv2/imgproc.hpp>
-
 #include "tests/sim/camera/test_cameras.h"
 
 namespace sim::camera {

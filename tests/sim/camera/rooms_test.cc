@@ -81,7 +81,7 @@ TEST_F(DrawnRobot, IsInsideItsRoomAndAllVerticesAreComplete) {
     EXPECT_EQ(piece.colors.size(), 3 * count);
     EXPECT_EQ(piece.uv.size(), piece.picture < 0 ? 0 : 2 * count);
     EXPECT_EQ(piece.indices.size() % 3, 0u);
-    EXPECT_LT(*std::max_element(piece.indices.begin(), piece.indices.end()), count);
+    EXPECT_LT(*std::ranges::max_element(piece.indices), count);
     bodies.insert(piece.body);
     for (std::size_t i = 0; piece.body < 0 && i < piece.positions.size(); i += 3)
       room.extend(Eigen::Map<const Eigen::Vector3f>(&piece.positions[i]));
@@ -125,8 +125,7 @@ TEST_F(DrawnRobot, UrdfPlacesItsLinksWhereTheModelHasItsBodies) {
   walking::JointVector q(30);
   for (int joint = 0; joint < q.size(); ++joint) {
     q[joint] = std::sin(joint);
-    const int found =
-        part(*read.model, mjOBJ_JOINT, robot_.robot().joints[static_cast<std::size_t>(joint)].name);
+    const int found = part(*read.model, mjOBJ_JOINT, robot_.robot().joints[std::size_t(joint)].name);
     data->qpos[read.model->jnt_qposadr[found]] = q[joint];
   }
   mj_kinematics(read.model.get(), data.get());

@@ -33,7 +33,7 @@ Eigen::Vector2d centroid(const cv::Rect& window, Brightness brightness) {
 inline Eigen::Isometry3d pose_of(const mjModel& model, mjData& data, const RecentMotion& motion,
                                  const physics::Place& place, double t_s) {
   const Eigen::VectorXd q = motion.at(t_s, model);
-  std::copy(q.begin(), q.end(), data.qpos);
+  std::ranges::copy(q, data.qpos);
   mj_kinematics(&model, &data);
   const Eigen::Map<const Eigen::Vector4d> q_WB(data.xquat + 4 * place.body);  // shared code uses xmat
   return Eigen::Translation3d(Eigen::Map<const Eigen::Vector3d>(data.xpos + 3 * place.body)) *

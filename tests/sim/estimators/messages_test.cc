@@ -48,7 +48,7 @@ TEST(Messages, TheStartHasTheLayoutInTheReadme) {
 std::vector<rig::RigSensor> rig_sensors() {
   const std::vector<rig::Item> items = *rig::preset("d435i_mid360");
   std::vector<Eigen::Isometry3d> X_CL(items.size(), rig::camera_from_forward_left_up());
-  for (std::size_t i = 0; i < items.size(); ++i) X_CL[i].translation().x() = 0.1 * static_cast<double>(i);
+  for (std::size_t i = 0; i < items.size(); ++i) X_CL[i].translation().x() = 0.1 * double(i);
   return rig::calibrated(items, slam::CameraIntrinsics{}, 30, 0.01, X_CL);
 }
 

@@ -83,9 +83,9 @@ TEST(Program, AProgramThatCannotStartOrRejectsItsStartIsAnInputError) {
                   "the interpreter '/usr/bin/python3\\r', which does not exist: the "
                   "lines end with CR LF, expected LF"),
         {"#! /usr/bin/python9 -u\n", "the interpreter '/usr/bin/python9', which does not exist"}}) {
-    const std::filesystem::path script = folder / "script.py";
+    const fs::path script = folder / "script.py";
     files::write_text(script, first_line);
-    std::filesystem::permissions(script, std::filesystem::perms::owner_all);
+    fs::permissions(script, fs::perms::owner_all);
     EXPECT_THAT(rejection(fmt::format("{{program: '{}'}}", script.string())), HasSubstr(cause));
     EXPECT_THAT(files::error_of<std::invalid_argument>(
                     [&] { programs::require_program({.words = {script.string()}}, "controller"); }),
@@ -173,9 +173,9 @@ TEST(Program, AProgramBuiltOnTheHeaderReceivesAllReadingsEvenThoseOfADroppedFram
     if (k == 1) o.t -= std::chrono::milliseconds(32);
     for (int sensor = 0; sensor < 5; ++sensor) o.rig.emplace_back().sensor = sensor, o.rig.back().t = o.t;
     for (std::size_t camera = 0; const int type : {CV_8UC1, CV_8UC3, CV_16UC1})
-      o.rig[camera++].image = cv::Mat(2, 3, type, cv::Scalar(10 * k + static_cast<int>(camera)));
+      o.rig[camera++].image = cv::Mat(2, 3, type, cv::Scalar(10 * k + int(camera)));
     o.rig[3].accelerometer.z() = k, o.rig[3].gyro.y() = 0.5;
-    o.rig[4].points = {{}, {0, 0, static_cast<float>(k), 0.25F, 80}};
+    o.rig[4].points = {{}, {0, 0, float(k), 0.25F, 80}};
     tracking.step(o);
   }
   const Tracked tracked = tracking.finish();

@@ -11,7 +11,6 @@
 namespace sim::files {
 namespace {
 
-namespace fs = std::filesystem;
 using testing::HasSubstr;
 
 std::vector<std::string> names(const fs::path& folder) {

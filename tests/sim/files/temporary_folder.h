@@ -23,20 +23,20 @@ class TemporaryFolder {
  public:
   TemporaryFolder() {
     const testing::TestInfo* test = testing::UnitTest::GetInstance()->current_test_info();
-    path_ = std::filesystem::temp_directory_path() / (std::string("gaitslam-") + test->test_suite_name() +
-                                                      "-" + test->name() + "-" + std::to_string(getpid()));
-    std::filesystem::remove_all(path_);
-    std::filesystem::create_directories(path_);
+    path_ = fs::temp_directory_path() / (std::string("gaitslam-") + test->test_suite_name() + "-" +
+                                         test->name() + "-" + std::to_string(getpid()));
+    fs::remove_all(path_);
+    fs::create_directories(path_);
   }
-  ~TemporaryFolder() { std::filesystem::remove_all(path_); }
+  ~TemporaryFolder() { fs::remove_all(path_); }
   TemporaryFolder(const TemporaryFolder&) = delete;
   TemporaryFolder& operator=(const TemporaryFolder&) = delete;
 
-  const std::filesystem::path& path() const { return path_; }
-  std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
+  const fs::path& path() const { return path_; }
+  fs::path operator/(const std::string& name) const { return path_ / name; }
 
  private:
-  std::filesystem::path path_;
+  fs::path path_;
 };
 
 /// Runs as a user other than root while the object lives, because root has all permissions.
@@ -55,6 +55,8 @@ class AsUser {
 }  // namespace sim::files
 
 namespace tests {
+
+namespace fs = sim::fs;
 
 /// Returns the text with each `from` replaced. Headers of regular expressions take seconds to compile.
 inline std::string replaced(std::string text, std::string_view from, std::string_view to) {

@@ -12,7 +12,6 @@
 namespace sim::files {
 namespace {
 
-namespace fs = std::filesystem;
 using testing::ElementsAre, testing::HasSubstr, testing::StartsWith;
 
 TEST(Text, IsReadBackByteForByte) {
@@ -175,7 +174,7 @@ TEST(ContainedPath, NamesAndLinksThatLeadOutAreRejected) {
 
 class CsvTest : public testing::Test {
  protected:
-  std::filesystem::path file(const std::string& text) const {
+  fs::path file(const std::string& text) const {
     write_text(folder_ / "rows.csv", text);
     return folder_ / "rows.csv";
   }
@@ -268,8 +267,7 @@ TEST(Json, OnlyObjectsAreAccepted) {
 // Printing a deeper tree would exhaust the stack.
 TEST(Json, ADeepTreeIsRejected) {
   const auto nested = [](int depth) {
-    return "{\"a\": " + std::string(static_cast<std::size_t>(depth), '[') +
-           std::string(static_cast<std::size_t>(depth), ']') + "}";
+    return "{\"a\": " + std::string(std::size_t(depth), '[') + std::string(std::size_t(depth), ']') + "}";
   };
   EXPECT_EQ(json_complaint(nested(60), [](const Json&) {}), "");
   EXPECT_THAT(json_complaint(nested(1'000'000), [](const Json&) {}), StartsWith("is nested deeper"));

@@ -85,7 +85,7 @@ TEST(ModelFile, AFrameIsAFixedBodyWithoutMassOfItsOwn) {
 
 TEST(ModelFile, IncludesAndAssetsAreFoundRelativeToTheFile) {
   const TemporaryFolder folder;
-  std::filesystem::create_directory(folder / "parts");
+  fs::create_directory(folder / "parts");
   files::write_text(folder / "parts/leg.STL", "");
   files::write_text(folder / "assets.xml", R"(<mujoco><compiler meshdir='parts'/><asset>
       <mesh file='leg.STL' class='mm' content_type='model/stl'/><mesh name='unused' file='none.stl'/>
@@ -132,10 +132,10 @@ TEST(ModelFile, ARoomKeepsItsLightsAndItsShapesOfClassFloorAreMarked) {
 ModelFile read_urdf(const TemporaryFolder& folder, const std::string& content,
                     const Packages& packages = {}) {
   for (const char* mesh : {"arm/meshes/leg.stl", "hand/meshes/leg.stl"}) {
-    std::filesystem::create_directories((folder / mesh).parent_path());
+    fs::create_directories((folder / mesh).parent_path());
     files::write_text(folder / mesh, "");
   }
-  std::filesystem::create_directories(folder / "arm/urdf");
+  fs::create_directories(folder / "arm/urdf");
   files::write_text(folder / "arm/urdf/robot.urdf",
                     "<robot name='r'>\n<link name='base'><inertial><mass value='1'/></inertial></link>" +
                         content + "</robot>");

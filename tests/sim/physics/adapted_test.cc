@@ -192,8 +192,7 @@ void expect_same(const mjModel& own, const RobotFile& file) {
 
 TEST_F(Adapted, NumbersAreThoseOfMuJoCosOwnModelOfTheFile) {
   for (const char* name : {"hrp2", "g1"}) {
-    const RobotFile file =
-        scenario::read_robot(std::filesystem::path(GAITSLAM_SOURCE_DIR) / "models/robots" / name);
+    const RobotFile file = scenario::read_robot(fs::path(GAITSLAM_SOURCE_DIR) / "models/robots" / name);
     RobotFile bare = file;
     for (RobotFile::Servo& servo : bare.servos) servo.armature_kg_m2.reset();
     expect_same(*load_mjcf(model_file::read_xml(file.folder / file.model), name), bare);

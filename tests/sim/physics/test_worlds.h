@@ -10,7 +10,7 @@
 
 namespace sim::physics {
 
-inline std::filesystem::path models() { return std::filesystem::path(GAITSLAM_SOURCE_DIR) / "models"; }
+inline fs::path models() { return fs::path(GAITSLAM_SOURCE_DIR) / "models"; }
 
 inline RobotFile robot_file(const std::string& name = "hrp2") {
   return scenario::read_robot(models() / "robots" / name);

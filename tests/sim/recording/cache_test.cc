@@ -6,7 +6,6 @@
 namespace sim::recording {
 namespace {
 
-namespace fs = std::filesystem;
 using testing::HasSubstr, testing::IsEmpty;
 
 constexpr std::size_t kFrameBytes = 100'000;

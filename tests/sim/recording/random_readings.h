@@ -25,8 +25,7 @@ inline Eigen::Isometry3d random_pose(sim::sensor_errors::Random& random) {
 inline cv::Mat random_image(cv::Size size, sim::sensor_errors::Random& random, int type = CV_8UC1) {
   cv::Mat pixels(size, type);
   for (int row = 0; row < size.height; ++row)
-    for (int i = 0; i < size.width * static_cast<int>(pixels.elemSize()); ++i)
-      pixels.ptr(row)[i] = random.bits() & 255;
+    for (int i = 0; i < size.width * int(pixels.elemSize()); ++i) pixels.ptr(row)[i] = random.bits() & 255;
   return pixels;
 }
 
@@ -115,8 +114,8 @@ inline void append(std::vector<double>& all, const auto& values) {
 
 /// All numbers of an observation except its images.
 inline std::vector<double> numbers_of(const slam::Observation& o) {
-  const auto ns = [](slam::Stamp t) { return static_cast<double>(t.count()); };
-  std::vector<double> all{ns(o.t), static_cast<double>(o.gyro.size()), o.plan ? 1.0 : 0.0};
+  const auto ns = [](slam::Stamp t) { return double(t.count()); };
+  std::vector<double> all{ns(o.t), double(o.gyro.size()), o.plan ? 1.0 : 0.0};
   for (const auto* readings : {&o.gyro, &o.accelerometer})
     for (const slam::InertialSample& reading : *readings) {
       all.insert(all.end(), {ns(reading.begin), ns(reading.end)});
@@ -136,7 +135,7 @@ inline std::vector<double> numbers_of(const slam::Observation& o) {
   if (o.plan) {
     append(all, o.plan->X_PC.matrix());
     for (const auto& v : {o.plan->v_PC_C, o.plan->w_PC_C, o.plan->p_CF}) append(all, v);
-    all.push_back(static_cast<double>(o.plan->support));
+    all.push_back(double(o.plan->support));
   }
   if (o.legs)
     append(all, o.legs->X_OC.matrix()), append(all, o.legs->p_CS), append(all, o.legs->X_CG->matrix());
@@ -161,9 +160,11 @@ inline void expect_same(const slam::Observation& a, const slam::Observation& b) 
 struct BadFile {
   std::string name, from, to, words;
 };
-/// The cases of a file of this folder: "# expect: words" and "name: from -> to", with \n for a line feed.
-inline std::vector<BadFile> bad_files(const std::string& file) {
-  std::ifstream in(GAITSLAM_SOURCE_DIR "/tests/sim/recording/" + file);
+/// The cases below a title of bad_files.txt: "# expect: words" and "name: from -> to", with \n for a line
+/// feed.
+inline std::vector<BadFile> bad_files(const std::string& title) {
+  std::istringstream in(*sim::files::titled_lines(
+      sim::files::read_text(GAITSLAM_SOURCE_DIR "/tests/sim/recording/bad_files.txt"), title));
   std::vector<BadFile> all;
   for (std::string words, edit; std::getline(in, words) && std::getline(in, edit);) {
     const std::size_t name = edit.find(": "), to = edit.rfind(" -> ");

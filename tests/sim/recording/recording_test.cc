@@ -2,14 +2,15 @@
 
 #include <sys/stat.h>
 
+#include "sim/recording/image_file.h"
+#include "sim/recording/manifest.h"
 #include "tests/sim/recording/random_readings.h"
 
 namespace sim::recording {
 namespace {
 
-namespace fs = std::filesystem;
 using slam::Stamp, testing::HasSubstr;
-using tests::expect_same, tests::random_image, tests::random_pose, tests::random_vector;
+using tests::encoded, tests::expect_same, tests::random_image, tests::random_pose, tests::random_vector;
 
 constexpr int kWidth = 32, kHeight = 40;
 const cv::Size kSize{kWidth, kHeight};
@@ -170,17 +171,17 @@ TEST(Recording, HasTheLayoutThatOtherReadersExpect) {
   EXPECT_EQ(motion.titles().size(), 17u);
   EXPECT_TRUE(motion.next());
   cv::FileStorage sensor((recorded.folder / "mav0/cam0/sensor.yaml").string(), cv::FileStorage::READ);
-  EXPECT_EQ(static_cast<int>(sensor["resolution"][0]), kWidth);
+  EXPECT_EQ(int(sensor["resolution"][0]), kWidth);
   const Eigen::Matrix4d expected = recorded.setup.calibration.X_CG.inverse().matrix();
   for (int i = 0; i < 16; ++i)  // T_BS of body G is X_GC
-    EXPECT_EQ(static_cast<double>(sensor["T_BS"]["data"][i]), expected(i / 4, i % 4));
+    EXPECT_EQ(double(sensor["T_BS"]["data"][i]), expected(i / 4, i % 4));
 }
 
 std::vector<fs::path> files_of(const fs::path& folder) {
   std::vector<fs::path> files;
   for (const auto& entry : fs::recursive_directory_iterator(folder))
     if (entry.is_regular_file() && entry.path().filename() != "manifest.csv") files.push_back(entry.path());
-  std::sort(files.begin(), files.end());
+  std::ranges::sort(files);
   return files;
 }
 
@@ -220,7 +221,7 @@ TEST(Recording, AnyMissingTruncatedOrEditedFileIsReported) {
   };
   expect_named(cut, ": truncated");
   const auto edit = [&](const fs::path& file, std::string bytes) {
-    bytes[random.bits() % bytes.size()] ^= static_cast<char>(1 << random.bits() % 8);
+    bytes[random.bits() % bytes.size()] ^= char(1 << random.bits() % 8);
     files::write_text(file, bytes);
   };
   for (int trial = 0; trial < 5; ++trial) expect_named(edit, ": edited");
@@ -276,7 +277,7 @@ TEST(Recording, ErrorsInAFileNameLineAndColumn) {
   const std::string sweep = "mav0/lidar0/data/999999999999999990.bin";
   EXPECT_EQ(complaint(folder / "r", sweep, "", std::string(20, '\xff')),
             ": point 0 (counting from 0): expected finite numbers");
-  for (const auto& [name, from, to, words] : tests::bad_files("bad_recordings.txt")) {
+  for (const auto& [name, from, to, words] : tests::bad_files("recordings")) {
     const std::string error = complaint(folder / "r", name, from, to);
     EXPECT_THAT(error, HasSubstr(words));
     EXPECT_TRUE(words[0] != ':' || error.starts_with(words)) << error;
@@ -315,7 +316,7 @@ TEST(Recording, TorqueLimitsAreReadBackAndAbsentForARobotWithoutThem) {
     const fs::path made = folder / std::to_string(robot);
     RecordingWriter writer(made, setup_of(random));
     for (std::size_t i = 0; i < robots[robot].size(); ++i)
-      writer.add(TrueFeet{Stamp(static_cast<std::int64_t>(i)), {}, {}, robots[robot][i]});
+      writer.add(TrueFeet{Stamp(std::int64_t(i)), {}, {}, robots[robot][i]});
     writer.finish();
     std::vector<std::optional<bool>> read;
     for (const TrueFeet& feet : read_truth(made).feet) read.push_back(feet.torque_limited);
@@ -332,6 +333,105 @@ TEST(Recording, AnExistingFolderIsNotOverwrittenAndAnUnfinishedOneIsNotRead) {
   EXPECT_THAT(files::error_of([&] { RecordingReader reader(folder / "r"); }), HasSubstr("an unfinished one"));
   EXPECT_THAT(files::error_of([&] { RecordingReader reader(folder / "none"); }),
               HasSubstr("none: no such folder"));
+}
+
+TEST(Manifest, HashIsXxh3Of128Bits) {
+  // Values published with the algorithm (empty input, seed 0), and printed by `printf gaitslam | xxh128sum`.
+  EXPECT_EQ(files::Hash().hex(), "99aa06d3014798d86001c324468d497f");
+  files::Hash whole, pieces;
+  whole.add("gaitslam");
+  for (const char* piece : {"ga", "", "it", "slam"}) pieces.add(piece);
+  EXPECT_EQ(pieces.hex(), whole.hex());
+  EXPECT_EQ(pieces.bytes(), 8u);
+}
+
+TEST(Manifest, FilesOutsideTheFolderAreRejected) {
+  const files::TemporaryFolder folder;
+  const fs::path recording = folder / "recording";
+  fs::create_directories(recording);
+  files::write_text(folder / "outside.txt", "content");
+  fs::create_symlink(folder / "outside.txt", recording / "link.txt");
+  files::Hash hash;
+  hash.add("content");
+  for (const std::string& path :
+       {std::string("../outside.txt"), (folder / "outside.txt").string(), std::string("link.txt")}) {
+    ManifestWriter writer(recording);
+    writer.add(path, hash);
+    writer.finish();
+    EXPECT_THAT(files::error_of([&] { Manifest manifest(recording); }), HasSubstr("leads outside the folder"))
+        << path;
+  }
+}
+
+TEST(HashedFile, AFullDiskIsAnError) {
+  files::HashedFile full("/dev/full");
+  EXPECT_THAT(files::error_of([&] {
+                full.write("x");
+                full.close();
+              }),
+              HasSubstr("/dev/full: cannot be written: No space left on device"));
+}
+
+const cv::Mat kGray(35, 48, CV_8UC1, cv::Scalar(99));
+
+// OpenCV rotates images according to the orientation in their metadata, which does not belong to calibration
+// and IMU.
+TEST(DecodeImage, PixelsAreReadAsStoredWhateverTheirOrientation) {
+  const std::string exif(
+      "\xff\xe1\0\x22"
+      "Exif\0\0II*\0\x08\0\0\0\x01\0\x12\x01\x03\0\x01\0\0\0\x06\0\0\0\0\0\0\0",
+      36);
+  cv::Mat image = kGray.clone();
+  image(cv::Rect(0, 0, 16, 16)) = 220;
+  const std::string bytes = encoded(".jpg", image).insert(2, exif);
+  const cv::Mat turned =
+      cv::imdecode(std::vector<unsigned char>(bytes.begin(), bytes.end()), cv::IMREAD_GRAYSCALE);
+  EXPECT_EQ(turned.size(), cv::Size(35, 48)) << "the orientation is there";
+  EXPECT_LT(cv::norm(decode_image("a", bytes, {48, 35}), image, cv::NORM_INF), 10);
+}
+
+TEST(DecodeImage, BytesThatAreNoImageAreRejected) {
+  for (const std::string& bytes :
+       {std::string("no image"), encoded(".png", kGray).substr(0, 60), encoded(".jpg", kGray).substr(0, 20),
+        encoded(".bmp", kGray), encoded(".pgm", kGray)})
+    EXPECT_THROW(decode_image("a", bytes, {48, 35}), files::FileError);
+}
+
+cv::Mat decoded_by_opencv(const std::string& png) {
+  const cv::Mat bytes(1, int(png.size()), CV_8UC1, const_cast<char*>(png.data()));
+  cv::Mat image = cv::imdecode(bytes, cv::IMREAD_UNCHANGED);
+  if (image.channels() == 3) cv::mixChannels({image.clone()}, {image}, {0, 2, 1, 1, 2, 0});  // it is BGR
+  return image;
+}
+
+TEST(Png, ImagesAndPartsOfThemAreReadBackHereAndByOpenCv) {
+  sensor_errors::Random random(1, "picture");
+  for (const int type : {CV_8UC1, CV_8UC3, CV_16UC1})
+    for (const cv::Size size : {cv::Size(320, 240), cv::Size(1, 1), cv::Size(7, 300), cv::Size(641, 3)}) {
+      const cv::Mat whole = tests::random_image(size, random, type);
+      for (const cv::Mat& image : {whole, whole(cv::Rect(size.width / 2, 0, 1, size.height))}) {
+        const std::string png = encode_png(image);
+        expect_same(decode_png(png, type).value(), image);
+        EXPECT_FALSE(decode_png(png, type == CV_8UC1 ? CV_8UC3 : CV_8UC1));
+        expect_same(decoded_by_opencv(png), image);
+      }
+    }
+}
+
+TEST(GrayPng, RefusesOtherPicturesAndDamagedOnes) {
+  sensor_errors::Random random(1, "picture");
+  const cv::Mat image = tests::random_image({32, 20}, random);
+  for (const cv::Mat& other :
+       {image, cv::Mat(4, 4, CV_16UC1, cv::Scalar(7)), cv::Mat(4, 4, CV_8UC3, cv::Scalar(7))})
+    if (const auto decoded = decode_png(encoded(".png", other), CV_8UC1)) expect_same(*decoded, other);
+  const std::string whole = encode_png(image);
+  for (std::size_t n = 0; n < whole.size(); n += 7)
+    EXPECT_FALSE(decode_png(whole.substr(0, n), CV_8UC1)) << n;
+  for (std::size_t at = 0; at < whole.size(); at += 5) {
+    std::string damaged = whole;
+    damaged[at] = char(damaged[at] ^ 0x55);
+    if (const auto decoded = decode_png(damaged, CV_8UC1)) expect_same(*decoded, image);
+  }
 }
 
 }  // namespace

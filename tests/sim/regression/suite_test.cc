@@ -12,7 +12,7 @@ using testing::ElementsAre, testing::HasSubstr, testing::IsEmpty;
 class SuiteTest : public testing::Test {
  protected:
   SuiteTest() {
-    std::filesystem::create_directories(folder_ / "suites");
+    fs::create_directories(folder_ / "suites");
     std::ofstream(folder_ / "walk.yaml") << "walk: {commands: [{stand: {duration_s: 1}}]}\n";
   }
   Suite read(const std::string& text) const {

@@ -7,12 +7,13 @@
 
 namespace tests {
 
+namespace fs = sim::fs;
+
 /// Relative path -> content of every file below a folder, except timing.* and the files in `without`.
-inline std::map<std::string, std::string> files(const std::filesystem::path& folder,
-                                                const std::string& without = "-") {
+inline std::map<std::string, std::string> files(const fs::path& folder, const std::string& without = "-") {
   std::map<std::string, std::string> contents;
-  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
-    const std::string name = std::filesystem::relative(entry.path(), folder), last = entry.path().filename();
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    const std::string name = fs::relative(entry.path(), folder), last = entry.path().filename();
     if (!entry.is_regular_file() || last.starts_with("timing.") || name.starts_with(without)) continue;
     contents[name] = sim::files::read_text(entry.path());
   }
@@ -30,16 +31,16 @@ inline std::vector<std::string> differences(const std::map<std::string, std::str
   return names;
 }
 
-inline std::vector<std::string> differences(const std::filesystem::path& a, const std::filesystem::path& b,
+inline std::vector<std::string> differences(const fs::path& a, const fs::path& b,
                                             const std::string& without = "-") {
   return differences(files(a, without), files(b, without));
 }
 
-inline nlohmann::json json_of(const std::filesystem::path& file) {
+inline nlohmann::json json_of(const fs::path& file) {
   return nlohmann::json::parse(sim::files::read_text(file));
 }
 
-inline double metric(const std::filesystem::path& folder, const std::string& name) {
+inline double metric(const fs::path& folder, const std::string& name) {
   const nlohmann::json value = json_of(folder / "score.json")["metrics"][name]["value"];
   return value.is_number() ? value.get<double>() : std::numeric_limits<double>::quiet_NaN();
 }

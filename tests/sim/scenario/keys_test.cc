@@ -219,8 +219,8 @@ TEST(RecordingKey, DependsOnCameraProgramAndModelsButNotOnWhetherThereIsAFilter)
 // Includes files in other folders, if robot and room are given by path.
 TEST(RecordingKey, DependsOnEachFileThatARobotARoomOrAControllerNames) {
   const files::TemporaryFolder folder;
-  std::filesystem::create_directories(folder / "bot");
-  std::filesystem::create_directories(folder / "parts");
+  fs::create_directories(folder / "bot");
+  fs::create_directories(folder / "parts");
   const auto write = [&](const char* name, const std::string& text) { std::ofstream(folder / name) << text; };
   write("bot/robot.yaml",
         "model: ../body.xml\nbase: b\nhead_camera: {link: b}\nimu: {link: b}\nlegs: {left: [l], right: [r]}\n"

@@ -10,9 +10,9 @@ namespace {
 
 using testing::EndsWith, testing::HasSubstr, testing::MatchesRegex, testing::StartsWith;
 
-const std::filesystem::path kSource = GAITSLAM_SOURCE_DIR;
+const fs::path kSource = GAITSLAM_SOURCE_DIR;
 
-class ShippedScenario : public testing::TestWithParam<std::filesystem::path> {};
+class ShippedScenario : public testing::TestWithParam<fs::path> {};
 INSTANTIATE_TEST_SUITE_P(, ShippedScenario, testing::ValuesIn(scenario_files()), test_name);
 
 TEST_P(ShippedScenario, IsReadAndWrittenCompletelyAndItsWalkIsSmooth) {
@@ -204,7 +204,7 @@ class Base : public testing::Test {
  protected:
   /// Writes a file and returns its path.
   std::string file(const std::string& name, const std::string& text) const {
-    std::filesystem::create_directories((folder_ / name).parent_path());
+    fs::create_directories((folder_ / name).parent_path());
     std::ofstream(folder_ / name) << text;
     return path(name);
   }

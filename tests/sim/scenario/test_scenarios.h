@@ -31,7 +31,7 @@ inline std::optional<Scenario> changed(const Key& key) {
   if (key.expected.starts_with(kOneOf)) texts = key.expected.substr(kOneOf.size());
   std::istringstream in(texts);
   for (std::string text; std::getline(in, text, ',');) {
-    std::replace(text.begin(), text.end(), ';', ',');
+    std::ranges::replace(text, ';', ',');
     Scenario scenario = default_scenario();
     if (!files::error_of([&] { key.read(parse_yaml(text, {"test"}), scenario); }).empty()) continue;
     if (key.print(scenario) != key.print(default_scenario())) return scenario;
@@ -39,26 +39,24 @@ inline std::optional<Scenario> changed(const Key& key) {
   return std::nullopt;
 }
 
-inline std::filesystem::path scenario_folder() {
-  return std::filesystem::path(GAITSLAM_SOURCE_DIR) / "scenarios";
-}
+inline fs::path scenario_folder() { return fs::path(GAITSLAM_SOURCE_DIR) / "scenarios"; }
 
 /// Files in scenarios/suites, scenarios/studies and scenarios/tuning are not scenarios; files in
 /// scenarios/bases are parts of scenarios.
 /// scenarios/bases are parts.
-inline std::vector<std::filesystem::path> scenario_files() {
+inline std::vector<fs::path> scenario_files() {
   const std::set<std::string> others{"suites", "studies", "tuning", "bases"};
-  std::vector<std::filesystem::path> files;
-  for (const std::filesystem::path& file : std::filesystem::recursive_directory_iterator(scenario_folder()))
+  std::vector<fs::path> files;
+  for (const fs::path& file : fs::recursive_directory_iterator(scenario_folder()))
     if (file.extension() == ".yaml" && !others.contains(file.parent_path().filename())) files.push_back(file);
-  std::sort(files.begin(), files.end());
+  std::ranges::sort(files);
   return files;
 }
 
 /// Returns the file's stem.
-inline std::string test_name(const testing::TestParamInfo<std::filesystem::path>& test) {
+inline std::string test_name(const testing::TestParamInfo<fs::path>& test) {
   std::string name = test.param.lexically_relative(scenario_folder()).replace_extension().string();
-  std::replace(name.begin(), name.end(), '/', '_');
+  std::ranges::replace(name, '/', '_');
   return name;
 }
 

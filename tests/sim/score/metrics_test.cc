@@ -63,9 +63,9 @@ TEST_F(Evaluate, TheLoopIsClosedByThreeLandmarksUnlessTheWalkDoesNotReturn) {
 TEST_F(Evaluate, ErrorsAroundAClosureAreTakenBeforeItsFirstMatchAndASecondAfter) {
   close_loop(4);  // the last one at the end, after 42 s
   for (const auto& [i, frame] : {std::pair(2, 406), std::pair(0, 412), std::pair(1, 408)}) {
-    LandmarkHistory& landmark = run.landmarks[static_cast<std::size_t>(i)];
+    LandmarkHistory& landmark = run.landmarks[std::size_t(i)];
     const Eigen::Vector3d on_wall(5, 5 * (160 - landmark.first_seen.pixel.x()) / 160, 1.4);
-    const TimedPose& again = run.truth_camera[static_cast<std::size_t>(frame)];
+    const TimedPose& again = run.truth_camera[std::size_t(frame)];
     landmark.accepted = {{again.t, *run.camera.project(again.X, on_wall)}};
   }
   const Stamp first = milliseconds(40600);
@@ -116,8 +116,7 @@ TEST_F(Evaluate, DegenerateRunsGiveReasonsNotNumbers) {
     EXPECT_FALSE(found.reason.empty()) << name;
   }
   for (std::size_t i = 0; i < run.truth_camera.size(); ++i)
-    run.truth_camera[i].X.translation() = estimate(i).translation() =
-        Eigen::Vector3d(0.01 * static_cast<double>(i), 0, 1);
+    run.truth_camera[i].X.translation() = estimate(i).translation() = Eigen::Vector3d(0.01 * double(i), 0, 1);
   EXPECT_THAT(reason("ate_se3_rmse_m"), HasSubstr("one line"));
   EXPECT_EQ(value("rmse_m"), 0);
   estimate(50).translation().x() = std::nan("");

@@ -119,7 +119,7 @@ TEST(Alignment, DegenerateCasesGiveAReason) {
   std::vector<PosePair> point(10), line = point, vertical = point;
   for (int i = 0; i < 10; ++i) {
     const auto place = [i](std::vector<PosePair>& pairs, const Eigen::Vector3d& p) {
-      PosePair& pair = pairs[static_cast<std::size_t>(i)];
+      PosePair& pair = pairs[std::size_t(i)];
       pair.X_true.translation() = pair.X_estimate.translation() = p;
     };
     place(point, {1, 2, 3});

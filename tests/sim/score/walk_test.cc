@@ -325,16 +325,15 @@ TEST(LoopClosure, ElsewhereIsAHeadingOrPlaceWhereNothingOfTheLastImageIsInViewAn
 TEST(LoopClosure, WorksForAnyPathAtTheFirstMatchAfterTheReturn) {
   Excursion eight, straight(looking(0));  // turns to the left for 20 s, back to the right for 20 s
   for (std::size_t i = 0; i <= 400; ++i) {
-    eight.run.truth_camera[i].X = looking(2 * pi * static_cast<double>(i < 200 ? i : 400 - i) / 200);
-    straight.run.truth_camera[i].X.translation().x() = -0.01 * static_cast<double>(400 - i);
+    eight.run.truth_camera[i].X = looking(2 * pi * double(i < 200 ? i : 400 - i) / 200);
+    straight.run.truth_camera[i].X.translation().x() = -0.01 * double(400 - i);
   }
   EXPECT_FALSE(straight.found());
   const Eigen::Vector3d p_W = eight.run.truth_camera[10].X * Eigen::Vector3d(0, 0, 1);
   eight.accepted().clear();
   for (const int t : {1100, 19000, 19500, 39000})
     eight.accepted().push_back(
-        {milliseconds(t),
-         *eight.run.camera.project(eight.run.truth_camera[static_cast<std::size_t>(t / 100)].X, p_W)});
+        {milliseconds(t), *eight.run.camera.project(eight.run.truth_camera[std::size_t(t / 100)].X, p_W)});
   ASSERT_TRUE(eight.found());
   ASSERT_EQ(eight.found()->size(), 1U) << "once, no matter how often it is matched";
   EXPECT_EQ(eight.found()->front().found, milliseconds(19000));

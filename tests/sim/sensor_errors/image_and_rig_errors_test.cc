@@ -205,7 +205,7 @@ TEST(RigErrors, NeitherAnotherSensorNorTheOrderOfReadingsChangesANumber) {
   std::vector<rig::RigSensor> rig;
   std::vector<slam::RigReading> all;
   for (int i = 0; i < 5; ++i) {
-    rig.push_back(sensor(std::string(1, static_cast<char>('a' + i)), static_cast<Kind>(i)));
+    rig.push_back(sensor(std::string(1, char('a' + i)), static_cast<Kind>(i)));
     rig.back().read_sigma_gray = 5, rig.back().disparity_sigma_px = 0.1, rig.back().range_sigma_m = 0.1;
     rig.back().gyro_sigma_rad_s = 1, rig.back().edge_px = 1;
     slam::RigReading& r = all.emplace_back(reading());
@@ -304,7 +304,7 @@ TEST(Random, NumbersHaveTheMomentsOfTheirDistributionsAndNoCorrelation) {
   for (int i = 0; i < n; ++i) {
     const double u = random.uniform(), z = random.normal();
     ASSERT_TRUE(u >= 0 && u < 1);
-    const auto item = static_cast<std::uint64_t>(i);
+    const auto item = std::uint64_t(i);
     const double items = Random(5, "test", item).normal() * Random(5, "test", item + 1).normal();
     const std::array numbers{u, u * u, z, z * z, z * z * z, z * z * z * z, z * std::exchange(last, z), items};
     for (std::size_t k = 0; k < numbers.size(); ++k) found[k] += numbers[k] / n;

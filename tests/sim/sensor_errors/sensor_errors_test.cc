@@ -162,7 +162,7 @@ Kind during(double from_s, double duration_s) {
 // One character for each arrival: the number of its frame, found by its stamp.
 std::string order(const std::vector<slam::Observation>& arrived) {
   std::string frames;
-  for (const slam::Observation& o : arrived) frames += static_cast<char>('0' + o.t.count() / 33'000'000 - 1);
+  for (const slam::Observation& o : arrived) frames += char('0' + o.t.count() / 33'000'000 - 1);
   return frames;
 }
 
@@ -170,7 +170,7 @@ std::string order(const std::vector<slam::Observation>& arrived) {
 std::string pictures(const std::vector<slam::Observation>& arrived) {
   std::string grays;
   for (const slam::Observation& o : arrived)
-    grays += o.image.empty() ? '-' : static_cast<char>('0' + o.image.at<unsigned char>(0, 0) - 1);
+    grays += o.image.empty() ? '-' : char('0' + o.image.at<unsigned char>(0, 0) - 1);
   return grays;
 }
 
@@ -207,7 +207,7 @@ TEST(Faults, IncludeTheirBeginningAndExcludeTheirEnd) {
 TEST(Faults, AffectTheRequestedFraction) {
   FramesDoubled some = during<FramesDoubled>(0, 1e6);
   some.fraction = 0.2;
-  const double n = 1000, doubled = static_cast<double>(arrived_with({some}, 1000).size()) - n;
+  const double n = 1000, doubled = double(arrived_with({some}, 1000).size()) - n;
   EXPECT_NEAR(doubled, 0.2 * n, 5 * std::sqrt(0.2 * 0.8 * n));
 }
 
@@ -364,10 +364,10 @@ std::vector<Observation> through(Stamp offset, int frames, int without_plan = -1
 // stamps.
 TEST(MotionClock, AClockAheadOrBehindGivesEachFrameTheMotionOfAnotherTime) {
   for (const double offset_ms : {7.0, -7.0, 40.0, -40.0}) {
-    const auto all = through(Stamp(static_cast<std::int64_t>(offset_ms * 1e6)), 8);
+    const auto all = through(Stamp(std::int64_t(offset_ms * 1e6)), 8);
     ASSERT_EQ(all.size(), 8u);
     for (int k = 3; k < 6; ++k) {  // the first and last frames lack the readings before and after the run
-      const Observation& o = all[static_cast<std::size_t>(k)];
+      const Observation& o = all[std::size_t(k)];
       ASSERT_EQ(o.t, observed(k).t);
       Stamp begin = o.t - Stamp(30 * kMs);
       for (const slam::InertialSample& reading : o.gyro) {

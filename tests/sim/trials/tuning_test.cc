@@ -9,7 +9,6 @@
 namespace sim::trials {
 namespace {
 
-namespace fs = std::filesystem;
 using testing::HasSubstr;
 
 template <typename F>
@@ -191,8 +190,8 @@ class SpecFile : public testing::Test {
  protected:
   SpecFile() {
     for (int seed = 1; seed <= 3; ++seed) {
-      const std::filesystem::path result = folder_ / ("walks/seed-" + std::to_string(seed));
-      std::filesystem::create_directories(result / "recording");
+      const fs::path result = folder_ / ("walks/seed-" + std::to_string(seed));
+      fs::create_directories(result / "recording");
       std::ofstream(result / "recording" / "manifest.csv") << '\n';
       std::ofstream(result / "scenario.yaml")
           << "seed: " << seed

@@ -79,7 +79,7 @@ pid_t spawn(const Process& process) {
 /// process that runs batched jobs must decode its recording.
 std::deque<std::vector<Job>> batches(const std::vector<Job>& jobs, int processes) {
   const auto up = [](std::size_t a, std::size_t b) { return (a + b - 1) / b; };
-  const auto at_a_time = static_cast<std::size_t>(processes);
+  const auto at_a_time = std::size_t(processes);
   const std::size_t most = up(jobs.size(), at_a_time * up(jobs.size(), at_a_time * kMostOfBatch));
   std::deque<std::vector<Job>> all;
   for (const Job& job : jobs) {
@@ -92,9 +92,7 @@ std::deque<std::vector<Job>> batches(const std::vector<Job>& jobs, int processes
 class Launcher {
  public:
   Launcher(const std::vector<Job>& jobs, int processes, const OnRecords& on_records)
-      : waiting_(batches(jobs, processes)),
-        most_(static_cast<std::size_t>(processes)),
-        on_records_(on_records) {
+      : waiting_(batches(jobs, processes)), most_(std::size_t(processes)), on_records_(on_records) {
     for (const Job& job : jobs) cost_ += job.cost;
   }
 
@@ -223,7 +221,7 @@ std::vector<Job> jobs_in(const fs::path& file) {
   return jobs;
 }
 
-int exit_code_of(const JobRecord& record) { return static_cast<int>(record.value("exit_code").value_or(0)); }
+int exit_code_of(const JobRecord& record) { return int(record.value("exit_code").value_or(0)); }
 
 void run_here(const std::vector<Job>& jobs, int processes, const ShowPart& show,
               const OnRecords& on_records) {

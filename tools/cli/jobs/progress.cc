@@ -19,7 +19,7 @@ constexpr double kSlower = 1.3, kSlower_s = 5;                   // above these,
 std::atomic<int> live_lines = 0;
 
 std::string duration_text(double seconds) {
-  const int whole = static_cast<int>(seconds + 0.5);
+  const int whole = int(seconds + 0.5);
   return whole < 100 ? fmt::format("{} s", whole) : fmt::format("{} min {:02} s", whole / 60, whole % 60);
 }
 

@@ -118,8 +118,7 @@ class Array {
     const fs::path program = fs::read_symlink("/proc/self/exe");
     if (!fs::exists(program))
       throw UsageError("the program file was replaced while it was running; run the command again");
-    const auto least =
-        static_cast<std::size_t>(std::ceil(kElementSeconds / std::max(backend.seconds_each, 0.1)));
+    const auto least = std::size_t(std::ceil(kElementSeconds / std::max(backend.seconds_each, 0.1)));
     const std::size_t each = std::max(jobs.front().batched ? 4 * kMostOfBatch : least,
                                       (jobs.size() + kMostElements - 1) / kMostElements);
     fs::remove_all(folder_);
@@ -139,7 +138,7 @@ class Array {
     const std::optional<std::string> job = job_in(printed.text);
     if (printed.status != 0 || !job) {
       std::string why = printed.errors + printed.text;
-      std::replace(why.begin(), why.end(), '\n', ' ');
+      std::ranges::replace(why, '\n', ' ');
       if (why.empty())
         why = fmt::format("failed without a message (exit status {}), expected the id of a job",
                           WEXITSTATUS(printed.status));
@@ -178,7 +177,7 @@ class Array {
 /// when they change. Throws UsageError if Slurm gives no answer for a long time.
 void wait_for(Array& array, const std::vector<Job>& jobs, const ShowPart& show, const OnRecords& on_records) {
   const std::string job = array.job();
-  const auto all = static_cast<double>(jobs.size());
+  const auto all = double(jobs.size());
   std::string waiting;
   for (int unanswered = 0;;) {
     const Seen seen = look_up(job);
@@ -198,7 +197,7 @@ void wait_for(Array& array, const std::vector<Job>& jobs, const ShowPart& show, 
       waiting = seen.waiting;
       std::cerr << fmt::format("slurm job {}: {}\n", named(job), waiting.empty() ? "RUNNING" : waiting);
     }
-    show(1 - static_cast<double>(jobs.size()) / all);
+    show(1 - double(jobs.size()) / all);
     usleep(poll_us() * (unanswered > 0 ? kPatience : 1));
   }
 }
@@ -221,8 +220,8 @@ int run_element(ElementRequest& request) {
     throw files::FileError("array element", fmt::format("was restarted more than {} times", kRestarts));
   std::vector<Job> jobs = jobs_in(request.folder / "jobs");
   const std::size_t first = std::min(*element * request.each, jobs.size());
-  jobs = {jobs.begin() + static_cast<std::ptrdiff_t>(first),
-          jobs.begin() + static_cast<std::ptrdiff_t>(std::min(first + request.each, jobs.size()))};
+  jobs = {jobs.begin() + std::ptrdiff_t(first),
+          jobs.begin() + std::ptrdiff_t(std::min(first + request.each, jobs.size()))};
   const fs::path file = request.folder / fmt::format("{}{}", *element, kRecords);
   std::vector<JobRecord> records;  // at first the lines before a restart
   if (fs::exists(file)) records = result::read_records(file);

@@ -23,14 +23,11 @@ void add_output(CLI::App& command) {
       ->excludes("--quiet");
 }
 
-void add_backend_options(CLI::App& command, Backend& backend) {
-  command.add_option("--jobs", backend.jobs, "processes at a time (default 1), or array elements on Slurm")
-      ->check(CLI::Range(1, 100000));
-  add_backend(command, backend.name);
-}
-
-void add_backend(CLI::App& command, std::string& name) {
-  command.add_option("--backend", name, "local: processes on this machine; slurm: a job array on a cluster")
+void add_backend_options(CLI::App& command, Backend& backend, const char* jobs) {
+  command.add_option("--jobs", backend.jobs, jobs)->check(CLI::Range(1, 100000));
+  command
+      .add_option("--backend", backend.name,
+                  "local: processes on this machine; slurm: a job array on a cluster")
       ->check(CLI::IsMember({"local", "slurm"}))
       ->capture_default_str();
 }

@@ -33,8 +33,9 @@ std::pair<CLI::App&, Request&> add_command(CLI::App& app, int& exit_code, const 
 /// Adds --quiet, or --quiet and --json, as flags.
 void add_quiet(CLI::App& command);
 void add_output(CLI::App& command);
-void add_backend(CLI::App& command, std::string& name);
-void add_backend_options(CLI::App& command, Backend& backend);
+/// Adds --jobs, with this help text, and --backend.
+void add_backend_options(CLI::App& command, Backend& backend,
+                         const char* jobs = "processes at a time (default 1), or array elements on Slurm");
 /// Adds the file argument `scenario`, key=value arguments, --with and --without.
 CLI::Option* add_scenario(CLI::App& command, std::string& file, scenario::Changes& changes);
 /// Adds the arguments key=value. which: describes the keys that may be changed.
@@ -60,9 +61,6 @@ inline void add_result(CLI::App& command, fs::path& result, const std::string& o
 /// Adds --seeds. what: the start of its help text.
 inline void add_seeds(CLI::App& command, std::optional<std::string>& seeds, const std::string& what) {
   command.add_option("--seeds", seeds, what + ": 1..5 or 1,2,7");
-}
-inline void add_jobs(CLI::App& command, std::optional<int>& jobs, const std::string& text) {
-  command.add_option("--jobs", jobs, text)->check(CLI::Range(1, 1024));
 }
 inline void add_cached(CLI::App& command, bool& cached) {
   command.add_flag("--cached", cached, "replay recordings from the cache, and record missing ones first");

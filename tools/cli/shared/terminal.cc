@@ -23,7 +23,7 @@ std::size_t own_bytes = 0;  // without what add() added
 
 extern "C" void print_and_end(int signal_number) {
   [[maybe_unused]] const ssize_t n =
-      ::write(STDERR_FILENO, text_at_interrupt.data(), static_cast<std::size_t>(text_bytes));
+      ::write(STDERR_FILENO, text_at_interrupt.data(), std::size_t(text_bytes));
   ::signal(signal_number, SIG_DFL);
   ::raise(signal_number);  // ends the process when this handler returns
 }
@@ -69,7 +69,7 @@ OnInterrupt::OnInterrupt(const std::string& kept) {
   own_bytes = 0;
   add(fmt::format("{}gaitslam: interrupted: {}:\n  {}\n", isatty(STDERR_FILENO) == 1 ? "\n" : "", kept,
                   typed_command));
-  own_bytes = static_cast<std::size_t>(text_bytes);
+  own_bytes = std::size_t(text_bytes);
   exchange_handlers(SIG_DFL, print_and_end);
 }
 
@@ -78,7 +78,7 @@ OnInterrupt::~OnInterrupt() { exchange_handlers(print_and_end, SIG_DFL); }
 void OnInterrupt::add(const std::string& text) {
   const std::size_t bytes = std::min(text.size(), text_at_interrupt.size() - own_bytes);
   text_bytes = static_cast<sig_atomic_t>(own_bytes);  // a signal meanwhile prints only what was there before
-  std::copy_n(text.begin(), bytes, text_at_interrupt.begin() + static_cast<std::ptrdiff_t>(own_bytes));
+  std::copy_n(text.begin(), bytes, text_at_interrupt.begin() + std::ptrdiff_t(own_bytes));
   text_bytes = static_cast<sig_atomic_t>(own_bytes + bytes);
 }
 

@@ -11,7 +11,7 @@ extern const char* const kVersion;
 /// The git revision of the sources, "+" appended if files differed from it; "unknown" outside a checkout.
 extern const char* const kRevision;
 
-/// A hash of the sources that affect recordings, which tools/cli/recording_sources.cmake lists.
+/// A hash of the sources that affect recordings, which tools/cli/revision.cmake lists.
 extern const char* const kRecordingSources;
 
 /// Returns the versions of Eigen, OpenCV and, if the program has the simulator, MuJoCo.
