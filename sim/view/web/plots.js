@@ -36,9 +36,13 @@ export class Plots {
     this.names.replaceChildren('Figures: ', ...known(runs).map((name) => this.switchOf(name)));
     this.timeLine.replaceChildren(...(line ? [line.holder] : []));
     this.strips.replaceChildren(...strips.map(({holder}) => holder));
-    follow(this.figures, this.callbacks.go, () => this.show(), this.callbacks.changed, true);
+    follow(this.overTime, this.callbacks.go, () => this.show(), this.callbacks.changed, true);
     if (zoomed && keepsZoom) this.zoom(...zoomed);
     this.show();
+  }
+
+  get overTime() {
+    return this.figures.filter(({overTime}) => overTime);
   }
 
   switchOf(name) {
@@ -57,11 +61,11 @@ export class Plots {
   }
 
   zoom(low, high) {
-    for (const figure of this.figures) figure.zoom(low, high);
+    for (const figure of this.overTime) figure.zoom(low, high);
   }
 
   /// Puts the cursor at the displayed time.
   show() {
-    for (const figure of this.figures) figure.show(this.callbacks.time());
+    for (const figure of this.overTime) figure.show(this.callbacks.time());
   }
 }
