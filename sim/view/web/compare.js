@@ -161,9 +161,10 @@ export function relativeErrors(frames) {
       sum += between(moved('truth', i, j), moved('estimate', i, j)) ** 2;
       ++count;
     }
-    return count ? 1e3 * Math.sqrt(sum / count) : NaN;
+    return 1e3 * Math.sqrt(sum / count);
   };
-  return {x: kLengths_m, y: kLengths_m.map(rms)};
+  const x = kLengths_m.filter((length) => length < lengths.at(-1));
+  return {x, y: x.map(rms)};
 }
 
 const isKnown = (column) => column.some(Number.isFinite);
