@@ -120,7 +120,8 @@ typedef struct gaitslam_walk_sensors {
   int64_t t_ns;
   uint32_t command; /* one of GAITSLAM_WALK_... */
   uint32_t joint_count;
-  double vx_m_s, vy_m_s, wz_rad_s;      /* commanded, in the heading of the base */
+  double vx_m_s, vy_m_s, wz_rad_s; /* commanded, in the heading of the base. With STAND and STOP: 0, or what
+                                      keeps a steered robot that marches in place */
   double path[GAITSLAM_PATH_POINTS][3]; /* x, y, yaw in the heading of the base, as far as known */
   double gyro_rad_s[3];                 /* axes G */
   double accelerometer_m_s2[3];         /* specific force, axes G */

@@ -112,8 +112,9 @@ FootPose Path::pose(double t_s) const {
   return here.start * moved(here.velocity, std::clamp(t_s - here.start_s, 0.0, here.duration_s));
 }
 
-PathFollower::PathFollower(Path path, const Velocity& largest, const walking::SteeringOptions& steering)
-    : path_(std::move(path)), largest_(largest), steering_(steering) {
+PathFollower::PathFollower(Path path, const Velocity& largest, const walking::SteeringOptions& steering,
+                           bool marches)
+    : path_(std::move(path)), largest_(largest), steering_(steering), marches_(marches) {
   velocity_ = steady_ = path_.piece(0).velocity;
 }
 
@@ -131,7 +132,12 @@ bool PathFollower::may_end() const {
 }
 
 void PathFollower::advance(double dt_s) {
-  if (is_over()) return;
+  if (!is_over()) follow(dt_s);
+  if (!is_over() || marches_) correct(dt_s);
+}
+
+// Advances on the path, and sets the velocity there.
+void PathFollower::follow(double dt_s) {
   now_s_ += dt_s;
   if (steering_.by != walking::SteeredBy::plan && now_s_ - estimate_s_ > steering_.lost_s) {
     stopped_ = fmt::format("steering had no estimate for {} s at t = {:.2f} s", steering_.lost_s, now_s_);
@@ -157,10 +163,13 @@ void PathFollower::advance(double dt_s) {
   if (&now != &here) command_s_ = 0;
   const bool waits = t_s_ >= now.start_s + now.duration_s - dt_s || lags;
   velocity_ = waits && error_ ? Velocity{} : now.velocity;
-  if (!error_) {
-    steady_ = velocity_;
-    return;
-  }
+  if (!error_) steady_ = velocity_;
+}
+
+// Adds the feedback of the newest estimate.
+void PathFollower::correct(double dt_s) {
+  if (!error_) return;
+  if (ended_) velocity_ = {};
   // A learned walk can fall if its command jumps, for example from a right arc to a left one.
   const auto toward = [dt_s](double wanted, double from, double most) {
     return std::clamp(wanted, from - most * dt_s, from + most * dt_s);
@@ -168,7 +177,7 @@ void PathFollower::advance(double dt_s) {
   steady_ = {toward(velocity_.ahead, steady_.ahead, kFaster_m_s2),
              toward(velocity_.left, steady_.left, kFaster_m_s2),
              toward(velocity_.turn, steady_.turn, kFaster_rad_s2)};
-  if (stands()) return;
+  if (stands() && !marches_) return;
   // In the robot's axes.
   const Eigen::Vector2d ahead =
       Eigen::Rotation2Dd(error_->yaw) * Eigen::Vector2d(steady_.ahead, steady_.left);
@@ -176,7 +185,7 @@ void PathFollower::advance(double dt_s) {
   Velocity wanted{ahead.x() + kGain_s * place.x() + kIntegral_s2 * sum_.ahead,
                   ahead.y() + kGain_s * place.y() + kIntegral_s2 * sum_.left,
                   steady_.turn + kGain_s * yaw + kIntegral_s2 * sum_.turn};
-  if (largest_.left == 0) wanted.turn += std::copysign(kTurnToPath, velocity_.ahead) * place.y();
+  if (largest_.left == 0 && !stands()) wanted.turn += std::copysign(kTurnToPath, velocity_.ahead) * place.y();
   velocity_ = limited(wanted);
   const auto sum = [dt_s](double& value, double error, bool is_limited) {
     if (!is_limited) value = std::clamp(value + dt_s * error, -kMostIntegral, kMostIntegral);

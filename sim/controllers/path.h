@@ -41,7 +41,9 @@ class Path {
 /// Follows a path: feed-forward, plus feedback from an estimated place if there is one.
 class PathFollower {
  public:
-  PathFollower(Path path, const Velocity& largest, const walking::SteeringOptions& steering);
+  /// marches: the robot cannot stand, so that its place is corrected while it stands and after the end, too.
+  PathFollower(Path path, const Velocity& largest, const walking::SteeringOptions& steering,
+               bool marches = false);
 
   /// Moves the path, which starts at the origin.
   void start_at(const walking::FootPose& start) { path_.start_at(start); }
@@ -55,7 +57,7 @@ class PathFollower {
   /// Why the walk stopped before its end: a command took too long, or the steering estimate was missing for
   /// walk.steering.lost_s.
   const std::optional<std::string>& stopped() const { return stopped_; }
-  Velocity velocity() const { return is_over() ? Velocity{} : velocity_; }
+  Velocity velocity() const { return stopped_ || (ended_ && !marches_) ? Velocity{} : velocity_; }
   bool stands() const;
   walking::FootPose desired() const { return path_.pose(t_s_); }
   /// Returns the path some time ahead, relative to the base's heading (estimated, if possible). While
@@ -65,6 +67,8 @@ class PathFollower {
 
  private:
   bool may_end() const;
+  void follow(double dt_s);
+  void correct(double dt_s);
   Velocity limited(Velocity velocity) const;
 
   Path path_;
@@ -74,7 +78,7 @@ class PathFollower {
   double now_s_ = 0, estimate_s_ = 0;       // time now; time of the newest estimate
   std::optional<walking::FootPose> error_;  // desired place, seen from the estimated one
   Velocity steady_, sum_, velocity_;        // steady_: along the path; sum_: integral of the error
-  bool waits_for_end_ = false, ended_ = false;
+  bool marches_, waits_for_end_ = false, ended_ = false;
   std::optional<std::string> stopped_;
 };
 

@@ -56,7 +56,7 @@ ProgramController::ProgramController(ProgramStart start)
     walking::SteeringOptions steering = start_.commands.steering.with_tolerance(stands());
     if (steering.by == walking::SteeredBy::plan)  // a command then ends after its duration
       steering.tolerance_m = steering.tolerance_rad = std::numeric_limits<double>::infinity();
-    follower_.emplace(Path(start_.commands.commands, largest), largest, steering);
+    follower_.emplace(Path(start_.commands.commands, largest), largest, steering, !stands());
   }
   refer();
 }

@@ -51,14 +51,16 @@ struct Walker {
 
   /// Follows the path to its end. locates: whether the walker's place is known.
   void follow(PathFollower& follower, bool locates) {
-    for (int tick = 0; tick < 100000 && !follower.ended() && !follower.stopped(); ++tick) {
-      const Velocity v = follower.velocity();
-      at = at * FootPose{Eigen::Vector2d(0.9 * v.ahead - 0.02, 0.9 * v.left + 0.01) * kTick,
-                         (0.9 * v.turn + 0.02) * kTick};
-      follower.advance(kTick);
-      desired = follower.desired();
-      if (locates) follower.locate({0, desired, at});
-    }
+    for (int tick = 0; tick < 100000 && !follower.ended() && !follower.stopped(); ++tick)
+      step(follower, locates);
+  }
+  void step(PathFollower& follower, bool locates) {
+    const Velocity v = follower.velocity();
+    at = at * FootPose{Eigen::Vector2d(0.9 * v.ahead - 0.02, 0.9 * v.left + 0.01) * kTick,
+                       (0.9 * v.turn + 0.02) * kTick};
+    follower.advance(kTick);
+    desired = follower.desired();
+    if (locates) follower.locate({0, desired, at});
   }
   double off() const { return (at.position - desired.position).norm(); }
 };
@@ -105,6 +107,19 @@ TEST(PathFollower, ARobotThatDriftsWhileItStandsReturnsInTheNextCommand) {
   walker.follow(follower, true);
   EXPECT_TRUE(follower.ended()) << follower.stopped().value_or("");
   EXPECT_LT(walker.off(), 0.05);
+}
+
+TEST(PathFollower, ARobotThatMarchesStaysInPlaceWhileItStandsAndAfterTheEnd) {
+  walking::SteeringOptions steering;
+  steering.tolerance_m = 0.08, steering.tolerance_rad = 0.1;
+  PathFollower follower(Path({walking::Straight{1, 0}, walking::Stand{5}}, kLargest), kLargest, steering,
+                        true);
+  Walker walker;
+  walker.follow(follower, true);
+  EXPECT_LT(walker.off(), 0.05) << "with 0.01 to 0.02 m/s for 5 s";
+  const FootPose end = walker.at;
+  for (int tick = 0; tick < 400; ++tick) walker.step(follower, true);
+  EXPECT_LT((walker.at.position - end.position).norm(), 0.02);
 }
 
 TEST(PathFollower, StopsIfTheEstimateThatSteersIsMissing) {

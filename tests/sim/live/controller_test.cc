@@ -78,12 +78,12 @@ TEST_F(ControllerTest, TheBuiltInControllerWalksOntoARampUsingTheSlopeOfItsSoles
 // 8 degrees make the robot fall, and so do 3 cm.
 TEST_F(ControllerTest, AFootstepThatIsTooSteepForAControllerThatFollowsSlopesIsAnError) {
   const auto on = [&](const std::string& geom) {
-    sim::files::write_text(folder_ / "room.xml",
+    sim::files::write_text(folder_ / "edge.xml",
                            "<mujoco><include file='" GAITSLAM_SOURCE_DIR
                            "/models/office.xml'/><worldbody><geom class='floor' type='box' " +
                                geom + "/></worldbody></mujoco>");
     const std::string scenario = fmt::format(
-        "world: {{robot: g1, room: {}/room.xml}}\nwalk: {{commands: [{{straight: {{forward_m: "
+        "world: {{robot: g1, room: {}/edge.xml}}\nwalk: {{commands: [{{straight: {{forward_m: "
         "1}}}}]}}\nlimits: "
         "{{}}\n",
         folder_.string());
@@ -106,7 +106,7 @@ TEST_F(ControllerTest, AProgramRejectsInputOtherThanItsMessages) {
 // A network with four hidden units: it sways with the sine of the phase and lifts each leg in its half of the
 // phase. It also turns the lifted leg. It stands if the phase is 0 at a zero command.
 constexpr const char* kMakeNetwork = R"(
-import numpy as np, onnx, sys
+import numpy as np, onnx, onnx.numpy_helper
 from onnx import TensorProto, helper
 W0, b0, W1, b1 = np.zeros((4, 2)), np.array([0, 0, -3.5, -3.5]), np.zeros((12, 4)), np.zeros(12)
 W0[0], W0[2, 0], W0[3, 0] = (0.088, 0.048), 6, -6
