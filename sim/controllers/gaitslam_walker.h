@@ -170,7 +170,7 @@ typedef struct gaitslam_joint_command {
  *     READY    gaitslam_walk_ready, the commanded joints, text. If there is a text, the rest may be left out
  *     SENSORS  gaitslam_walk_sensors, then q, dq and torque of all joints (double), then, with wants_rig,
  *              whole messages as an estimator gets them (gaitslam_estimator.h): START first, with the list of
- *              the sensors, then each OBSERVATION once its image is complete, with the errors of its sensors
+ *              the sensors, then each OBSERVATION once its image is complete, without sensor errors
  *     ANSWER   gaitslam_walk_answer, the commands of the joints in the order of READY, cause
  *     END      nothing; the program exits
  *

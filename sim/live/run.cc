@@ -12,7 +12,6 @@
 #include "sim/physics/walking_robot.h"
 #include "sim/scenario/robot.h"
 #include "sim/sensor_errors/random.h"
-#include "sim/sensor_errors/sensor_errors.h"
 #include "walking/kinematics.h"
 #include "walking/leg_odometry.h"
 
@@ -249,10 +248,9 @@ class Run {
   FramePipeline frames_;
   recording::RecordingWriter writer_;
   InertialCheck check_;
-  std::optional<SteeringPoseBuffer> steering_;             // only for a steered walk
-  std::optional<sensor_errors::SensorErrors> rig_errors_;  // only for a controller that wants the rig
-  std::size_t steering_answers_ = 0;                       // number of the estimator's answers added to it
-  slam::Observation next_;  // readings of IMUs, encoders and forces since the last frame
+  std::optional<SteeringPoseBuffer> steering_;  // only for a steered walk
+  std::size_t steering_answers_ = 0;            // number of the estimator's answers added to it
+  slam::Observation next_;                      // readings of IMUs, encoders and forces since the last frame
   struct {
     walking::Wrench left, right;  // ground on feet
     recording::TrueFeet feet;     // at the end of the tick
@@ -281,7 +279,6 @@ Run::Run(const scenario::ReadScenario& read, const Start& start, const std::file
   if (read.scenario.walk.steering.by != walking::SteeredBy::plan)
     steering_.emplace(read.scenario.walk.steering, read.scenario.errors.faults, frames_.lead());
   if (!robot_->controller().wants_rig()) return;
-  rig_errors_.emplace(read.scenario.errors, read.scenario.seed, setup_.rig);
   estimators::Start sensors{
       setup_.calibration, setup_.X_WC_start, read.scenario.seed, {}, setup_.camera_rate_hz};
   sensors.rig = setup_.rig, sensors.joints = setup_.joints;
@@ -315,7 +312,8 @@ void Run::walk(const result::Progress& progress) {
 // Called every 5 ms.
 void Run::command() {
   const slam::Stamp now = robot_->world().time();
-  while (rig_errors_ && !frames_.empty() && frames_.next_stamp() + frames_.lead() <= now) deliver_frame();
+  while (robot_->controller().wants_rig() && !frames_.empty() && frames_.next_stamp() + frames_.lead() <= now)
+    deliver_frame();
   const result::StageClock clock(timing_.frame.plan_and_physics_ms);
   const walking::SensorReadings readings = robot_.command();
   next_.body.push_back(recorded(now, readings));
@@ -401,9 +399,8 @@ void Run::deliver_frame() {
     shown = frame.observation;
     shown->image = shown->image.clone();  // sensor errors may be applied in place
   }
-  if (rig_errors_)
-    for (const slam::Observation& arrived : rig_errors_->process(frame.observation))
-      robot_->controller().add_rig(estimators::observation_message(arrived, setup_.rig));
+  if (robot_->controller().wants_rig())
+    robot_->controller().add_rig(estimators::observation_message(frame.observation, setup_.rig));
   if (tracking_) {
     const result::StageClock clock(timing_.frame.filter_ms);
     tracking_->process(std::move(frame.observation));

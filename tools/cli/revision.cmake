@@ -23,7 +23,7 @@ file(GLOB_RECURSE RECORDING_SOURCES RELATIVE ${SOURCE}
 list(APPEND RECORDING_SOURCES
   sim/recording/recording.h sim/recording/recording_writer.cc sim/scenario/lists.cc sim/score/surfaces.cc sim/score/types.h)
 foreach(PART files/csv files/hash recording/image_file recording/manifest recording/recording_format recording/sensor_yaml sensor_errors/random
-    live/frame_pipeline live/steering_pose_buffer live/run live/self_check live/setup scenario/robot)
+    estimators/messages live/frame_pipeline live/steering_pose_buffer live/run live/self_check live/setup scenario/robot)
   list(APPEND RECORDING_SOURCES sim/${PART}.cc sim/${PART}.h)
 endforeach()
 list(SORT RECORDING_SOURCES)
