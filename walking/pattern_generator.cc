@@ -104,6 +104,12 @@ PatternGenerator::PatternGenerator(const Robot& robot, const WalkOptions& option
   const auto command = static_cast<std::size_t>(fault->command);
   if (!cause) cause = radius_cause<TangentArc>(options, command, fails);
   if (!cause) cause = radius_cause<PerpendicularArc>(options, command, fails);
+  for (const auto& [key, number] : {kNumbers[3], kNumbers[2]})  // shorter steps, then lower ones
+    for (const double part : {0.75, 0.5, 0.25}) {
+      WalkOptions changed = options;
+      changed.*number *= part;
+      if (!cause && !fails(changed)) cause = cause_text(key, options.*number, changed.*number);
+    }
   throw std::invalid_argument(text.str() + cause.value_or(""));
 }
 

@@ -17,6 +17,7 @@ namespace sim::live {
 namespace {
 
 constexpr double kWalk_s = 8;
+constexpr int kFrameTicks = 7;  // about the time between two frames of a camera
 constexpr double kYaw_rad = 15 * score::kDegree, kShare = 0.1, kLeast_m = 0.05;
 
 double yaw(const Eigen::Isometry3d& X) { return std::atan2(X.linear()(1, 0), X.linear()(0, 0)); }
@@ -91,16 +92,25 @@ Walked walked(const scenario::Scenario& scenario, const physics::Models& models,
   const Eigen::Isometry3d start = robot.reference().X_PB;
   std::array<Landings, 2> landings;
   Slip slip;
+  const Eigen::Isometry3d X_BC = mounting(scenario, robot.controller(), models).X_BC;
+  walking::LegOdometry legs(models.robot, start);
+  legs.add(robot.world().leg_readings());
+  Walked result;
+  result.noises.start(start * X_BC, robot.world().X_WC());
   const double floor[]{robot.world().X_WL().translation().z(), robot.world().X_WR().translation().z()};
   int ticks = 0, limited = 0;
   for (; robot.walks(); ++ticks) {
     slip.add(robot.reference().support, robot.world());
-    robot.tick();
+    robot.tick(&legs);
     limited += robot.world().torque_limited_since_last().value_or(false);
     landings[0].add(robot.world().X_WL().translation().z() - floor[0]);
     landings[1].add(robot.world().X_WR().translation().z() - floor[1]);
+    if (ticks % kFrameTicks == 0)
+      result.noises.add(legs.motion(robot.world().leg_readings().q, walking::kPeriod).X_OB *
+                            robot.world().mounts_by_encoders().X_BC,
+                        robot.world().X_WC(), kFrameTicks * walking::kPeriod);
   }
-  Walked result;
+  if (robot.is_ok()) result.noises.end(2 * (walk.single_support_s + walk.double_support_s));
   const physics::Status& status = robot.world().status();
   if (!robot.is_ok())
     result.problem = status.condition == physics::Condition::fell ? "fell " + status.cause : status.cause;

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "sim/live/leg_noises.h"
 #include "sim/physics/model.h"
 #include "sim/physics/robot.h"
 #include "sim/scenario/scenario.h"
@@ -30,6 +31,7 @@ struct Walked {
          error_m = 0;  ///< distance from start to end of the commands, and from there to the robot
   double turn_rad = 0, yaw_error_rad = 0;  ///< of the commands; of the robot from their end
   double slip_m = 0;  ///< sum of the ways of the soles while each carries the robot alone
+  LegNoises noises;   ///< of completed walks
 
   /// Returns what is wrong in words: the problem, or a heading or place too far from the end of the commands
   /// (15 degrees; 10 % of the path, at least 0.05 m). Empty if the robot arrived.

@@ -251,7 +251,8 @@ class Reader {
   /// Drops, marks or rejects parts that the library does not know or the bench does not use.
   void prepare(Element& parent) {
     std::erase_if(parent.children, [&](const Element& child) {
-      const bool is_look = child.name == "camera" || (child.name == "light" && !room_);
+      const bool fixed = parent.name == "body" && !child.get("mode").starts_with("target");
+      const bool is_look = child.name == (room_ ? "camera" : "light") || (child.name == "camera" && !fixed);
       if (is_look) note(Fate::dropped, child.name, child);
       return is_look;
     });

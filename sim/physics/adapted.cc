@@ -29,6 +29,7 @@ class Adapter {
 
   AdaptedRobot adapt() {
     find_feet();
+    head_ = m_.body_weldid[upper_body("head_camera", robot_.head_camera.link)];
     require_contacts_named();
     for (int body = mine_.base; body < m_.nbody; ++body) adapt_shapes(body);
     for (std::size_t side = 0; side < 2; ++side) require_sole(side);
@@ -131,8 +132,7 @@ class Adapter {
 
   void adapt_shapes(int body) {
     const Foot foot = foot_of_[std::size_t(body)];
-    const bool in_foot = foot != robot_.feet.end(),
-               is_head = name(mjOBJ_BODY, body) == robot_.head_camera.link;
+    const bool in_foot = foot != robot_.feet.end(), is_head = m_.body_weldid[body] == head_;
     bool has_looks = false, has_others = false;
     std::vector<int> geoms, soles;
     for (int geom = 0; geom < m_.ngeom; ++geom) {
@@ -227,6 +227,7 @@ class Adapter {
   CompiledRobot mine_;
   mjModel& m_;
   Writer writer_;
+  int head_ = 0;               // to what the head camera is fixed
   std::vector<Foot> foot_of_;  // the foot that each body is part of
   bool feet_touch_floor_ = false;
   std::array<std::size_t, 2> soles_{};  // number of geoms, by side

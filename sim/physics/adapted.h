@@ -18,9 +18,10 @@ struct AdaptedRobot {
 /// Reads the robot's numbers as compiled by MuJoCo from the model's file, and adds the bench's parts as
 /// specified in robot.yaml, with the names listed at RobotFile. The soles' contacts touch the floor and the
 /// other foot, the rest of a foot touches the other foot, and everything else touches nothing. Shapes are
-/// drawn in group 1, or group 2 on the head camera's link; shapes that only collide are not drawn
-/// (group 3). Joints without servo and stiffness are rigid. Throws std::runtime_error "file:line: ..." for
-/// errors in the model and std::invalid_argument "file:line:column: key: ..." for names in robot.yaml.
+/// drawn in group 1, or group 2 on the head camera's link and everything fixed to it; shapes that only
+/// collide are not drawn (group 3). Joints without servo and stiffness are rigid. Throws std::runtime_error
+/// "file:line: ..." for errors in the model and std::invalid_argument "file:line:column: key: ..." for names
+/// in robot.yaml.
 AdaptedRobot adapt(const RobotFile& robot);
 
 /// What a walk in the first robot.yaml depends on, apart from the model.
@@ -42,8 +43,11 @@ class FirstRobotFile {
   FirstRobotFile(FirstRobotFile&&) noexcept;
   /// Returns the gait that the masses, heights and torque limits of the model suggest.
   Gait guessed_gait() const;
-  /// model: the path to write. comment: what is known about the gait.
-  std::string yaml(const std::string& model, const Gait& gait, const std::string& comment) const;
+  /// Returns a scenario's key rig with the lidar and the further IMUs of the model, or "".
+  std::string rig() const;
+  /// model: the path to write. comment: what is known about the gait. noises: the key slam; "": a guess.
+  std::string yaml(const std::string& model, const Gait& gait, const std::string& comment,
+                   const std::string& noises = "") const;
 
  private:
   std::unique_ptr<Guess> guess_;

@@ -10,7 +10,7 @@
 
 #include "sim/files/yaml.h"
 #include "sim/physics/adapted.h"
-#include "sim/physics/compiled.h"
+#include "sim/physics/found_sensors.h"
 
 namespace sim::physics {
 namespace {
@@ -42,11 +42,14 @@ constexpr const char* kWalk =
     R"(# {}
 walk: {{single_support_s: {:.3g}, double_support_s: {:.3g}, step_height_m: {:.3g}, step_length_m: {:.3g}, zmp_inwards_m: {:.3g}}}
 stabilizer: {{ankle_admittance: {{gain_rad_s_per_nm: {:.2g}}}, landing_adjustment: {{enabled: true}}}}
-# guess: leg odometry of a robot that nobody has measured
-slam:
-  height: {{sigma_m: 0.001}}
-  leg_odometry: {{sigma_position_m: 0.003, sigma_m_s: 0.003, sigma_stride: 0.006, sigma_sway_m_s: 0.01, sigma_sway_scale: 0.06}}
 )";
+constexpr const char* kNoises = R"(# guess: leg odometry of a robot that nobody has measured
+slam:
+  height: {sigma_m: 0.001}
+  leg_odometry: {sigma_position_m: 0.003, sigma_m_s: 0.003, sigma_stride: 0.006, sigma_sway_m_s: 0.01, sigma_sway_scale: 0.06}
+)";
+constexpr const char* kRig =
+    "# Further sensors of the model, for any scenario: gaitslam run SCENARIO --with rig.yaml\nrig:\n";
 constexpr double kDegrees = 180 / std::numbers::pi, kBend_deg = 20, kLeastDamping = 1e-6;
 constexpr int kLevelingSteps = 20;
 constexpr double kLevel = 0.02;  // m and rad
@@ -108,17 +111,28 @@ class Guess {
     return gait;
   }
 
-  std::string yaml(const std::string& model, const Gait& gait, const std::string& comment) const {
+  std::string rig() const {
+    std::string text;
+    if (!sensors_.lidars.empty()) text += fmt::format("  - lidar: {{{}}}\n", text_of(sensors_.lidars[0]));
+    for (std::size_t i = 1; i < sensors_.imus.size(); ++i)
+      text += fmt::format("  - imu: {{name: imu{}, {}}}\n", i, text_of(sensors_.imus[i]));
+    return text.empty() ? text : kRig + text;
+  }
+
+  std::string yaml(const std::string& model, const Gait& gait, const std::string& comment,
+                   const std::string& noises) const {
     std::string text = fmt::format(
         "# Guessed from the tree of {0}: look at each line that is marked as a guess, then run\n"
         "# gaitslam robot check. models/README.md explains each key.\n"
         "model: {0}\nbase: {1}\n"
-        "head_camera: {{link: {2}, position_m: {3}}}  # guess: in front of the head, or of the chest\n"
-        "imu: {{link: {4}, position_m: {5}}}  # guess: {6}\nlegs:  # guess: the last joints above each "
+        "head_camera: {{{2}}}  # guess: {3}\n"
+        "imu: {{{4}}}  # guess: {5}\nlegs:  # guess: the last joints above each "
         "foot\n",
-        quoted(model), quoted(name(base_)), quoted(name(head_)), rounded(front_of(head_)),
-        quoted(name(imu_body_)), rounded(imu_),
-        imu_is_site_ ? "a site of the model" : "the body that carries the arms");
+        quoted(model), quoted(name(base_)),
+        text_of(sensors_.cameras.empty() ? rig::Mount{name(head_), front_of(head_)} : sensors_.cameras[0]),
+        sensors_.cameras.empty() ? "in front of the head, or of the chest" : "as in the model",
+        text_of(sensors_.imus.empty() ? rig::Mount{name(chest_)} : sensors_.imus[0]),
+        sensors_.imus.empty() ? "the body that carries the arms" : "as in the model");
     for (const Foot& foot : feet_) text += fmt::format("  {}: [{}]\n", side(foot), list(names(foot.joints)));
     text += "feet:  # guess: the lowest links, the left one where y is positive\n";
     for (const Foot& foot : feet_) text += foot_line(foot);
@@ -160,7 +174,8 @@ class Guess {
     return text + "floor_friction: 0.7  # guess: rubber on a clean floor\n" +
            fmt::format(kWalk, comment, gait.single_support_s, gait.double_support_s, gait.step_height_m,
                        gait.step_length_m, gait.zmp_inwards_m,
-                       kAdmittance / (mass() * std::max(kLeastHeight_m, height_m_)));
+                       kAdmittance / (mass() * std::max(kLeastHeight_m, height_m_))) +
+           (noises.empty() ? kNoises : "# measured in the same walks\n" + noises);
   }
 
  private:
@@ -381,15 +396,17 @@ class Guess {
           (chest_ == base_ || m_.body_subtreemass[body] > m_.body_subtreemass[chest_]))
         chest_ = body;
     }
-    head_ = imu_body_ = chest_;
+    head_ = chest_;
     for (const char* const word : {"neck", "head"})
       for (int body = base_; body < m_.nbody; ++body)
         if (is_called(body, word)) head_ = body;
-    for (int site = 0; site < m_.nsite; ++site) {
-      if (lower(name_of(m_, mjOBJ_SITE, site)).find("imu") == std::string::npos) continue;
-      imu_body_ = m_.site_bodyid[site], imu_ = Vector3d(m_.site_pos + 3 * site), imu_is_site_ = true;
-      if (imu_body_ == chest_) break;
-    }
+    std::vector<std::string> trunk;
+    for (const int end : {head_, chest_, base_})
+      for (int body = m_.body_weldid[end]; body > 0; body = m_.body_weldid[m_.body_parentid[body]])
+        trunk.push_back(name(body));
+    sensors_ = find_sensors(file_, trunk);
+    std::stable_partition(sensors_.imus.begin(), sensors_.imus.end(),
+                          [&](const rig::Mount& imu) { return imu.link == name(m_.body_weldid[chest_]); });
   }
 
   Vector3d front_of(int body) const {
@@ -516,9 +533,8 @@ class Guess {
   Data data_, bent_;
   bool is_level_ = false;  // bent
   double height_m_ = 0;    // height of the center of mass above the soles, once bent
-  int base_ = 0, chest_ = 0, head_ = 0, imu_body_ = 0;
-  bool imu_is_site_ = false;
-  Vector3d imu_ = Vector3d::Zero();
+  int base_ = 0, chest_ = 0, head_ = 0;
+  FoundSensors sensors_;
   std::vector<Foot> feet_;
 };
 
@@ -528,9 +544,11 @@ FirstRobotFile::FirstRobotFile(FirstRobotFile&&) noexcept = default;
 
 Gait FirstRobotFile::guessed_gait() const { return guess_->gait(); }
 
-std::string FirstRobotFile::yaml(const std::string& model, const Gait& gait,
-                                 const std::string& comment) const {
-  return guess_->yaml(model, gait, comment);
+std::string FirstRobotFile::rig() const { return guess_->rig(); }
+
+std::string FirstRobotFile::yaml(const std::string& model, const Gait& gait, const std::string& comment,
+                                 const std::string& noises) const {
+  return guess_->yaml(model, gait, comment, noises);
 }
 
 std::string first_robot_file(const fs::path& model, const std::string& written) {

@@ -37,8 +37,8 @@ class WalkingRobot {
   void command(const walking::SensorReadings& readings) { command(readings, false); }
   /// Advances to the next tick of the walk.
   void advance() { controller_->advance(); }
-  /// Runs a whole tick.
-  void tick();
+  /// Runs a whole tick, with the readings at its start for leg odometry.
+  void tick(walking::LegOdometry* legs = nullptr);
 
   /// The plan with its adjusted landings, or the commanded path, at this tick and at the next one.
   const walking::Reference& reference() const { return controller_->reference(); }

@@ -206,9 +206,9 @@ class ScenarioReader {
   void read_robot_defaults() {
     for (const auto& [path, value] :
          robot_defaults(robot_folder(result.scenario.world.robot), result.scenario.walk.gait)) {
-      const bool noise =
-          find_key(path) && (path.starts_with("slam.height.") || path.starts_with("slam.leg_odometry.") ||
-                             path.starts_with("slam.plan_velocity."));
+      const bool noise = find_key(path) &&
+                         (path.starts_with("slam.start.") || path.starts_with("slam.height.") ||
+                          path.starts_with("slam.leg_odometry.") || path.starts_with("slam.plan_velocity."));
       if (result.origin.contains(path) || (noise && !result.scenario.slam)) continue;
       if (!noise && (!shapes_recording(path) || path == "walk.commands"))
         fail(value, path,

@@ -146,6 +146,21 @@ TEST(PatternGenerator, StepsOutOfReachAreRefusedWithTheCommandTheLegAndTheKeyTha
                     R"(walk\.commands\[1\]: at [0-9.]+ s the (left|right) [^;]+)" + cause)));
 }
 
+TEST(PatternGenerator, ShorterStepsAreProposedIfTheUsualLengthIsOutOfReachToo) {
+  Robot stiff = kRobot;
+  const auto complaint = [&]() -> std::string {
+    try {
+      PatternGenerator generator(stiff, walk_of({Stand{0.1}, Straight{1, 0}}));
+      return "";
+    } catch (const std::invalid_argument& e) {
+      return e.what();
+    }
+  };
+  while (complaint().empty())  // hips that swing ahead less and less
+    for (const Leg& leg : stiff.legs) stiff.joints[std::size_t(leg.joints[2])].lowest += 0.02;
+  EXPECT_THAT(complaint(), testing::EndsWith("walk.step_length_m 0.15; with 0.1125, the legs can follow"));
+}
+
 WalkOptions diagonal_and_quarter() {
   return walk_of({Stand{1}, Straight{0.6, -0.3}, Stand{0.5}, TangentArc{0.75, 60 * kDegree}, Stand{1}});
 }

@@ -22,7 +22,7 @@ using trials::Range;
 using Point = std::vector<double>;
 
 constexpr std::size_t kFinalists = 3;
-constexpr int kSeeds = 3, kMostFalls = 2;
+constexpr int kSeeds = 3, kMostFalls = 2, kStarts = 12;
 constexpr double kFirstStep = 0.15;
 
 /// The searched values and where they are in a gait.
@@ -70,6 +70,7 @@ struct Rating {
   int walks = 0, arrived = 0;
   double cost = 0;  ///< sum over the walks; each fall counts more than any completed walk
   double limited = 0, yaw_rad = 0, slip = 0;  ///< of completed walks: largest share; largest; largest share
+  live::LegNoises noises;                     ///< of completed walks
 
   void add(const live::Walked& walk) {
     constexpr double kFall = 6, kYaw_rad_m = 3 * score::kDegree, kShare = 0.1;
@@ -80,6 +81,7 @@ struct Rating {
                  yaw = walk.yaw_error_rad / (kYaw_rad_m * path + kShare * walk.turn_rad);
     arrived += walk.complaint().empty();
     cost += std::min(kFall, walk.limited + yaw + (walk.error_m + walk.slip_m) / (kShare * path));
+    noises.add(walk.noises);
     limited = std::max(limited, walk.limited);
     yaw_rad = std::max(yaw_rad, walk.yaw_error_rad);
     slip = std::max(slip, walk.slip_m / path);
@@ -88,6 +90,7 @@ struct Rating {
     walks += other.walks, arrived += other.arrived, cost += other.cost;
     limited = std::max(limited, other.limited), yaw_rad = std::max(yaw_rad, other.yaw_rad);
     slip = std::max(slip, other.slip);
+    noises.add(other.noises);
   }
   std::string text(int seeds) const {
     return fmt::format(
@@ -147,6 +150,15 @@ class Walker {
     return threads.clear(), ratings;
   }
 
+  /// Stands on the plants of further seeds, which also differ in how they start.
+  live::LegNoises starts(const Gait& gait) const {
+    const auto [scenario, models] = load(first_.yaml(model_.string(), gait, "tried"));
+    live::LegNoises noises;
+    for (std::uint64_t seed = kSeeds + 1; seed <= kStarts; ++seed)
+      noises.add(live::walked(scenario, models, {walking::Stand{walking::kPeriod}}, seed).noises);
+    return noises;
+  }
+
  private:
   Rating rate(const Gait& gait, std::uint64_t seed) const try {
     const auto [scenario, models] = load(first_.yaml(model_.string(), gait, "tried"));
@@ -196,8 +208,9 @@ void search_gait(const fs::path& model, const std::string& model_written, const 
                  const std::function<void(double, const std::string&)>& show) {
   const Walker walker(model);
   std::vector<Rated> all;  // the best first
-  const auto write = [&](const Rated& rated, int seeds) {
-    better(walker.first().yaml(model_written, rated.gait, "found by walking: " + rated.rating.text(seeds)));
+  const auto write = [&](const Rated& rated, int seeds, const std::string& noises) {
+    better(walker.first().yaml(model_written, rated.gait, "found by walking: " + rated.rating.text(seeds),
+                               noises));
   };
   better(walker.first().yaml(model_written, walker.first().guessed_gait(), "guess: not walked yet"));
 
@@ -221,7 +234,7 @@ void search_gait(const fs::path& model, const std::string& model_written, const 
       costs.push_back(ratings[i].cost);
       const bool best = all.empty() || is_better(ratings[i], all[0].rating);
       all.insert(std::ranges::upper_bound(all, ratings[i], is_better, &Rated::rating), {some[i], ratings[i]});
-      if (best) write(all[0], 1);
+      if (best) write(all[0], 1, "");
     }
     return costs;
   };
@@ -240,7 +253,9 @@ void search_gait(const fs::path& model, const std::string& model_written, const 
     const std::vector<Rating> ratings = rate(gaits, std::uint64_t(seed));
     for (std::size_t i = 0; i < kFinalists; ++i) all[i].rating.add(ratings[i]);
   }
-  write(*std::ranges::min_element(all, is_better, &Rated::rating), kSeeds);
+  Rated& found = *std::ranges::min_element(all, is_better, &Rated::rating);
+  if (found.rating.arrived > 0) found.rating.noises.add(walker.starts(found.gait));
+  write(found, kSeeds, found.rating.arrived > 0 ? found.rating.noises.yaml() : "");
 }
 
 }  // namespace cli

@@ -65,6 +65,12 @@ int write_first(RobotRequest& request) {
     search_gait(request.robot, model, request.search, write,
                 [&](double part, const std::string& at) { progress.show(part, at); });
   }
+  const std::string rig = physics::FirstRobotFile(request.robot).rig();
+  const fs::path rig_file = folder / "rig.yaml";
+  if (!rig.empty() && !fs::exists(rig_file)) {
+    files::write_atomically(rig_file, rig);
+    std::cout << rig_file.string() << ": written; for --with, has further sensors of the model\n";
+  }
   std::cout << file.string() << ": written; review each guess, then run gaitslam robot check "
             << files::shell_word(folder.string()) << '\n';
   return 0;

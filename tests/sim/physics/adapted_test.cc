@@ -414,7 +414,7 @@ TEST_F(FirstRobotFile, GuessesFeetLegsChestHeadAndMarksEachGuess) {
   EXPECT_THAT(
       guess(),
       Has("base: pelvis\n", "head_camera: {link: head, position_m: [0.1, 0, 0.08]}  # guess",
-          "imu: {link: chest, position_m: [0, 0, 0.1]}  # guess: a site of the model",
+          "imu: {link: chest, position_m: [0, 0, 0.1]}  # guess: as in the model",
           "  left: [left_yaw_joint, left_roll_joint, left_hip_joint, left_knee_joint, left_ankle_joint, "
           "left_foot_joint]\n",
           "  right: {body: right_foot, sole_m: [0, 0, -0.07]}\n", "left_hip_joint: -", "left_knee_joint: 39.",
@@ -429,6 +429,34 @@ TEST_F(FirstRobotFile, GuessesFeetLegsChestHeadAndMarksEachGuess) {
       "<mujoco><worldbody><body name='b'><freejoint/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>"
       "</body></worldbody></mujoco>");
   EXPECT_THAT([&] { guess(); }, testing::ThrowsMessage<std::runtime_error>(Has("robot.xml: lacks two feet")));
+}
+
+TEST_F(FirstRobotFile, SensorsAreWhereTheModelHasThem) {
+  constexpr const char* kChest = "<geom type='box' size='0.1 0.2 0.2'/>";
+  const std::string links =
+      "<body name='d435_link' pos='0.05 0 0.4' euler='0 47.6 0'/>"
+      "<body name='wide_camera' pos='0.1 0 0'/><body name='mid360_link' pos='0 0 0.42' euler='180 0 0'/>";
+  EXPECT_THAT(guess_with(kChest, kChest + links),
+              Has("head_camera: {link: chest, position_m: [0.05, 0, 0.4], tilt_deg: 47.6}  # guess: as in"));
+  EXPECT_EQ(guessed_file().head_camera.position_m.z(), 0.4);
+  EXPECT_THAT(physics::FirstRobotFile(folder / "robot.xml").rig(),
+              Has("rig:\n  - lidar: {link: chest, position_m: [0, 0, 0.42], roll_deg: 180}\n"));
+  EXPECT_THAT(
+      guess_with("<body name='chest'", "<site name='imu_in_pelvis' pos='0.04 0 -0.08' euler='0 0 90'/>$&"),
+      Has("imu: {link: chest, position_m: [0, 0, 0.1]}"));
+  EXPECT_THAT(physics::FirstRobotFile(folder / "robot.xml").rig(),
+              Has("\n  - imu: {name: imu1, link: pelvis, position_m: [0.04, 0, -0.08], yaw_deg: 90}\n"));
+}
+
+TEST_F(FirstRobotFile, OpticalFramesAndCamerasOfMuJoCoLookAhead) {
+  constexpr const char* kChest = "<geom type='box' size='0.1 0.2 0.2'/>";
+  for (const char* camera : {"<body name='camera_link' pos='0.1 0 0.2' xyaxes='0 -1 0 0 0 -1'/>",
+                             "<camera name='oak' pos='0.1 0 0.2' xyaxes='0 -1 0 0 0 1'/>",
+                             "<body name='zed' pos='-0.1 0 0.2' euler='0 0 180'/>"
+                             "<body name='camera_link' pos='0.1 0 0.2'/>"}) {
+    write(std::regex_replace(given("robot.xml"), std::regex(kChest), std::string(kChest) + camera));
+    EXPECT_THAT(guess(), Has("head_camera: {link: chest, position_m: [0.1, 0, 0.2]}  # guess: as in"));
+  }
 }
 
 }  // namespace

@@ -1,0 +1,49 @@
+#include "sim/live/leg_noises.h"
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+
+namespace sim::live {
+namespace {
+
+using testing::HasSubstr;
+
+/// A camera that looks along x, walks 0.2 m/s ahead and sways by 30 mm to the side once a second. Leg
+/// odometry has these relative errors and overestimates the height by 2 mm.
+LegNoises walk(double stride, double sway, double lost_m = 0) {
+  Eigen::Isometry3d X_WC = Eigen::Isometry3d::Identity();
+  X_WC.linear() << 0, 0, 1, -1, 0, 0, 0, -1, 0;
+  Eigen::Isometry3d X_OC = X_WC;
+  LegNoises noises;
+  noises.start(X_WC, X_WC * Eigen::Translation3d(0.004, 0, 0));
+  constexpr double kDt_s = 0.035;
+  for (int i = 0; i < 3000; ++i) {
+    const double t = i * kDt_s, y = 0.03 * std::sin(2 * M_PI * t);
+    X_WC.translation() << 0.2 * t, y, 1;
+    X_OC.translation() << 0.2 * (1 + stride) * t + (i % 2) * lost_m, (1 + sway) * y, 1.002;
+    noises.add(X_OC, X_WC, kDt_s);
+  }
+  noises.end(1);
+  return noises;
+}
+
+TEST(LegNoises, ConstantErrorsOfStrideAndSwayAreMeasuredOverTheWalk) {
+  const std::string exact = walk(0, 0).yaml(), wrong = walk(0.03, 0.1).yaml();
+  EXPECT_THAT(exact, HasSubstr("sigma_position_m: 0.0001, sigma_m_s: 0.003, sigma_stride: 0.003,"));
+  EXPECT_THAT(exact, HasSubstr("sigma_sway_scale: 0.003}"));
+  EXPECT_THAT(exact, HasSubstr("sigma_position_m: 0.004,"));  // of the worst axis
+  EXPECT_THAT(exact, HasSubstr("sigma_m: 0.0001, sigma_lasting_m: 0.002}"));
+  EXPECT_THAT(wrong, HasSubstr("sigma_stride: 0.02"));  // along, but not across
+  EXPECT_THAT(wrong, HasSubstr("sigma_sway_scale: 0.1}"));
+}
+
+TEST(LegNoises, ErrorsOfSingleFramesAndOfTwoWalksAreAdded) {
+  LegNoises noises = walk(0, 0);
+  noises.add(walk(0, 0, 0.001));
+  // By 0.5 mm from their mean along one of three axes in one of two walks.
+  EXPECT_THAT(noises.yaml(), HasSubstr("leg_odometry: {sigma_position_m: 0.00023, sigma_m_s: 0.012,"));
+}
+
+}  // namespace
+}  // namespace sim::live
