@@ -94,12 +94,14 @@ ProgramFailed Conversation::failed(const std::string& when, const std::string& c
 }
 
 std::string Conversation::finish() {
+  bool exited = false;
   try {
     program_.send(message(Message::end, {}), TimeLimit(kExitWithin_s));
+    exited = true;
   } catch (const ProgramFailed&) {
     // It has already exited.
   }
-  const bool exited = program_.end(TimeLimit(kExitWithin_s));
+  exited &= program_.end(TimeLimit(kExitWithin_s));
   if (starts_message(program_.unread())) throw failed("at its end", kUnsolicited);
   const std::string fault = program_.exit_fault(), log = program_.log();
   return fault.empty() || !exited ? log : log + fmt::format("gaitslam: after END, {}\n", fault);

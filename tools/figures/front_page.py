@@ -174,8 +174,7 @@ def view_picture(work, out, seconds, theme, name, *arguments):
         subprocess.run(["node", ROOT / "tests/tools/use_page.cjs", "picture", url, work / "profile", str(seconds), picture, "1200", "860",
                         theme], check=True, stdout=subprocess.DEVNULL)
         subprocess.run(["ffmpeg", "-loglevel", "error", "-y", "-i", picture, "-quality", "80", out / f"{name}.webp"], check=True)
-        if arguments[0] == "view":
-            shown.send_signal(signal.SIGINT)
+        shown.send_signal(signal.SIGINT)
         shown.stdout.read()
 
 
