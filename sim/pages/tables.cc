@@ -29,7 +29,8 @@ std::string change_text(const MetricVerdict& v) {
                                                              : fmt::format(" ({:+.0f} %)", percent));
 }
 
-/// Returns the gates of compare, then the other shown metrics, which have no tolerance and thus no verdict.
+/// Returns the gates of compare, then the other shown metrics, which have no tolerance and thus no verdict, in
+/// the units of display_of().
 std::vector<std::pair<MetricVerdict, bool>> verdicts_of(const Seeds& a, const Seeds& b, const RunData& run) {
   const std::vector<regression::Gate>& gates = regression::default_gates();
   std::vector<regression::Gate> others;
@@ -37,8 +38,14 @@ std::vector<std::pair<MetricVerdict, bool>> verdicts_of(const Seeds& a, const Se
     if (std::ranges::find(gates, name, &regression::Gate::metric) == gates.end()) others.push_back({name});
   std::vector<std::pair<MetricVerdict, bool>> all;
   for (const auto& [of, judged] : {std::pair{gates, true}, {others, false}})
-    for (const MetricVerdict& v : regression::compare({"", {}, a}, {"", {}, b}, of).metrics)
-      if (v.baseline || v.now) all.emplace_back(v, judged);
+    for (MetricVerdict& v : regression::compare({"", {}, a}, {"", {}, b}, of).metrics) {
+      if (!v.baseline && !v.now) continue;
+      const double factor = display_of(v.gate.metric).factor;
+      for (std::optional<double>* value : {&v.baseline, &v.now, &v.change})
+        if (*value) **value *= factor;
+      if (v.band) v.band->first *= factor, v.band->second *= factor;
+      all.emplace_back(v, judged);
+    }
   return all;
 }
 
@@ -107,8 +114,12 @@ ChangeTable changes(const std::vector<const RunData*>& runs, const Seeds& a, con
     const std::string& name = v.gate.metric;
     ChangeTable::Row& row = table.rows.emplace_back();
     row.metric = name, row.worst_seed = v.worst_seed, row.remark = judged ? v.remark : "";
-    row.cells = {metric_label(name), number_text(v.baseline), number_text(v.now)};
-    for (std::size_t i = 2; i < runs.size(); ++i) row.cells.push_back(number_text(runs[i]->value(name)));
+    const MetricDisplay display = display_of(name);
+    row.cells = {with_unit(display.title, display.unit), number_text(v.baseline), number_text(v.now)};
+    for (std::size_t i = 2; i < runs.size(); ++i) {
+      const auto value = runs[i]->value(name);
+      row.cells.push_back(value ? number_text(display.factor * *value) : "-");
+    }
     row.cells.push_back(change_text(v));
     if (has_band)
       row.cells.push_back(v.band ? signed_text(v.band->first) + " to " + signed_text(v.band->second) : "-");

@@ -223,7 +223,7 @@ TEST_F(ViewTest, TwoRunsAreComparedInOneSceneAndTheirDivergenceIsMarked) {
   EXPECT_EQ(found["table"][0][0], "errors.faults");
   std::set<std::string> metrics;
   for (const json& line : found["table"]) metrics.insert(line[0].get<std::string>());
-  EXPECT_TRUE(metrics.contains("rmse_m [m]")) << found["table"];
+  EXPECT_TRUE(metrics.contains("RMSE [mm]")) << found["table"];
   EXPECT_NE(found["table"], found["sorted"]) << "a click on a title orders the rows";
   EXPECT_GT(found["worst"], 0.7) << "a click goes to the worst instant, which is after the fault";
   EXPECT_EQ(marked["scenes"], 1);

@@ -377,7 +377,7 @@ export function whyWorse([a, b], marks) {
         `(${good.name}: landmark ${search.ids[1 - worse]}, ${search.outcomes[1 - worse]})`,
     sigma ? `from ${sigma.t.toFixed(2)} s the errors differ by more than 3σ` : 'the errors stay within 3σ',
     flags.length
-      ? `known by then: ${flags.map(({t: at, text}) => `${text} (${at.toFixed(1)} s)`).join(', ')}`
+      ? `known by then: ${flags.map(({t: at, text}) => `${text} (${at.toFixed(2)} s)`).join(', ')}`
       : 'nothing was flagged by then'
   ];
   return {text: `Why ${bad.name} is worse: ${parts.filter(Boolean).join('; ')}.`, t};

@@ -9,7 +9,7 @@ function eventsOf(panes) {
   const events = new Map();
   for (const {name, run} of panes) {
     for (const moment of run.about.moments) {
-      const key = `${moment.t.toFixed(1)} ${moment.text}`;
+      const key = `${moment.t.toFixed(2)} ${moment.text}`;
       const names = [...(events.get(key)?.names ?? []), name].filter(Boolean);
       const isOfAll = [0, panes.length].includes(names.length);
       events.set(key, {
@@ -39,7 +39,7 @@ export class Moments {
   }
 
   buttonOf({t, text, kind}) {
-    const words = `${t.toFixed(1)} s ${text}`;
+    const words = `${t.toFixed(2)} s ${text}`;
     return button(words, `${words} ([ and ]: previous and next)`, () => this.go(t), {
       class: `moment ${kind}`
     });
