@@ -110,7 +110,7 @@ const FrameReport& Filter::refuse(Stamp t, const std::string& why) {
 void Filter::predict_and_update(const Observation& o, const std::optional<PlannedInterval>& planned) {
   const Prediction prediction = internal_.predict(o, *now_, planned, kalman_.state(), report_);
   kalman_.predict(prediction.x, prediction.F, prediction.Q);
-  visual_.predict(seconds(o.t - *now_), kalman_);
+  visual_.predict(o.t, seconds(o.t - *now_), kalman_);
   if (!internal_.update(o, *now_, planned, kalman_, report_))
     tracking_.diverge("the internal innovation covariance is not positive definite");
 }

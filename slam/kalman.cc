@@ -108,11 +108,28 @@ bool Kalman::update(const StackedMeasurement& stacked) {
   W = stacked.PHt();
   solve_transposed(whitening_.L(), W);  // PHᵀL⁻ᵀ
   if (smoother_) smoother_->update(stacked, whitening_, W);
+  subtract_square(W);
+  W.middleRows(considered_.first, considered_.second - considered_.first).setZero();
   state_.storage_x.head(size).noalias() += W * whitening_.innovation();
-  state_.storage_P.topLeftCorner(size, size).selfadjointView<Eigen::Lower>().rankUpdate(W, -1);
   update_sensitivity(stacked);
   normalize_orientation();
   return true;
+}
+
+/// P ← P − WWᵀ except for the covariance of the considered parameters.
+void Kalman::subtract_square(const Eigen::Ref<const Eigen::MatrixXd>& W) {
+  auto& P = state_.storage_P;
+  const auto subtract = [&](int at, int count) {
+    P.block(at, at, count, count).selfadjointView<Eigen::Lower>().rankUpdate(W.middleRows(at, count), -1);
+  };
+  const auto [begin, end] = considered_;
+  if (begin == end) return subtract(0, state_.size);
+  const int rest = state_.size - begin, later = state_.size - end;
+  subtract(0, begin);
+  subtract(end, later);
+  P.block(begin, 0, rest, begin).noalias() -= W.bottomRows(rest) * W.topRows(begin).transpose();
+  P.block(end, begin, later, end - begin).noalias() -=
+      W.bottomRows(later) * W.middleRows(begin, end - begin).transpose();
 }
 
 /// The state's derivative with respect to the systematic errors is updated like the state itself.

@@ -35,6 +35,10 @@ class Kalman {
   /// P ← P − WWᵀ with W = PHᵀL⁻ᵀ and S = LLᵀ; then the quaternion is normalized. Returns false, and changes
   /// nothing, if S is not positive definite or the innovation is not finite.
   bool update(const StackedMeasurement& stacked);
+  /// From now on, updates leave the parameters in [begin, end) and their covariance as they are, but reckon
+  /// with their errors (Schmidt 1966). An empty range ends this.
+  void consider(int begin, int end) { considered_ = {begin, end}; }
+  bool considers(int at) const { return considered_.first <= at && at < considered_.second; }
   /// Adds evidence of a systematic error from a measurement that enters no update.
   void add_evidence(int error, const SystematicEvidence& evidence) {
     SystematicEvidence& sum = evidence_[static_cast<std::size_t>(error)];
@@ -67,10 +71,12 @@ class Kalman {
  private:
   void reserve(int size);
   void normalize_orientation();
+  void subtract_square(const Eigen::Ref<const Eigen::MatrixXd>& W);
   void update_sensitivity(const StackedMeasurement& stacked);
 
   State state_;
   bool observability_constrained_;
+  std::pair<int, int> considered_{0, 0};
   Smoother* smoother_ = nullptr;
   Whitening whitening_;
   Evidence evidence_{};

@@ -24,6 +24,9 @@ constexpr Stamp kBadCorner{5'000'000'000};  // time since a young landmark was d
 constexpr double kSameDirection = 0.9976;   // cosine of 4 degrees
 // Ratio of motion to distance; swaying moves the camera less, and back again.
 constexpr double kLeastViewChange = 0.02;
+// Cameras within these bounds (the cosine of 14 degrees) see the map with the same match errors.
+constexpr double kPlace_m = 0.15, kPlaceDirection = 0.97;
+constexpr Stamp kAway{10'000'000'000};  // time between two visits to a place
 // Factor on the linearity bound of landmarks that are out of view: with it, the default is 0.1 as in Civera
 // et al. 2008. Landmarks in view would lose accuracy, and points halve the cost of an update.
 constexpr double kOutOfView = 2;
@@ -85,6 +88,7 @@ Map::Map(const Options& options, const Camera& camera, std::uint64_t seed)
     : options_(options), camera_(camera), random_(seed) {
   landmarks_.reserve(kRoom);
   pruned_.reserve(kRoom);
+  places_.reserve(kRoom);
 }
 
 std::vector<MapPoint> Map::points(const State& state) const {
@@ -184,11 +188,32 @@ void Map::inflate_for_view_change(std::size_t index, Kalman& kalman) {
   const double change = (state.position() - landmark.p_WC_inflated).norm() / distance;
   if (change < kLeastViewChange) return;
   landmark.p_WC_inflated = state.position();
+  if (visits_ > 2 && kalman.considers(landmark.at)) return;
   const double angle = options_.vision.viewpoint_sigma_px / camera_.intrinsics().fu_px * std::sqrt(change);
   if (std::holds_alternative<Point>(landmark.kind))
     kalman.inflate(landmark.at, angle * angle * distance * distance * Eigen::Matrix3d::Identity());
   else  // azimuth and elevation of the ray
     kalman.inflate(landmark.at + 3, angle * angle * Eigen::Vector3d(1, 1, 0).asDiagonal().toDenseMatrix());
+}
+
+void Map::consider_known(Stamp t, Kalman& kalman) {
+  if (!(options_.vision.match_bias_sigma_px > 0)) return;
+  const Eigen::Isometry3d X_WC = kalman.state().X_WC();
+  const auto is_here = [&](const Place& place) {
+    return (X_WC.translation() - place.p_WC).norm() < kPlace_m &&
+           X_WC.linear().col(2).dot(place.axis) > kPlaceDirection;
+  };
+  auto place = std::find_if(places_.begin(), places_.end(), is_here);
+  if (place == places_.end())
+    place = places_.insert(place, {X_WC.translation(), X_WC.linear().col(2), t, Stamp::min(), 1});
+  if (t - place->last > kAway) place->known = place->last, ++place->visits;
+  place->last = t;
+  visits_ = place->visits;
+  kalman.consider(0, 0);
+  const auto later = std::find_if(landmarks_.begin(), landmarks_.end(),
+                                  [&](const Landmark& l) { return l.initialized > place->known; });
+  if (later != landmarks_.begin())
+    kalman.consider(landmarks_[0].at, later == landmarks_.end() ? kalman.state().size : later->at);
 }
 
 void Map::refine_surface(std::size_t index, const cv::Mat& image, const Eigen::Vector2d& pixel,

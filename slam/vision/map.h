@@ -50,8 +50,14 @@ class Map {
     for (Landmark& landmark : landmarks_) landmark.misses = 0;
   }
   /// Inflates the covariance of a measured landmark for the possible shift of its patch's apparent center due
-  /// to the change of view since the last inflation (viewpoint_sigma_px).
+  /// to the change of view since the last inflation (viewpoint_sigma_px). Considered landmarks are inflated
+  /// during the second visit only, because their positions refer to the last view of the first.
   void inflate_for_view_change(std::size_t index, Kalman& kalman);
+  /// Match errors are a function of the view, and a return to a place would count the same errors again.
+  /// Therefore, landmarks that were in the map during the previous visit are only considered
+  /// (Kalman::consider). Later ones are updated, which closes the loop. Does nothing if the options have no
+  /// match bias.
+  void consider_known(Stamp t, Kalman& kalman);
   /// Improves the surface normal of a landmark that was just found at `pixel`, if the options say so.
   void refine_surface(std::size_t index, const cv::Mat& image, const Eigen::Vector2d& pixel,
                       const State& state);
@@ -85,9 +91,18 @@ class Map {
   };
   bool is_bad_anew(const Pruned& pruned, const Eigen::Vector3d& r);
 
+  /// A view of the map.
+  struct Place {
+    Eigen::Vector3d p_WC, axis;  ///< position of the camera and direction of its optical axis
+    Stamp last, known;           ///< times of the latest frame here and of the last one of the previous visit
+    int visits;
+  };
+
   Options options_;
   Camera camera_;
   std::vector<Landmark> landmarks_;
+  std::vector<Place> places_;
+  int visits_ = 0;              // to the present place
   std::vector<Pruned> pruned_;  // young landmarks deleted recently
   int next_id_ = 0;
   std::mt19937_64 random_;

@@ -39,8 +39,12 @@ class VisualTracking {
   const CameraIntrinsics& intrinsics() const { return camera_.intrinsics(); }
   std::vector<MapPoint> map(const State& state) const { return map_.points(state); }
   const std::vector<Landmark>& landmarks() const { return map_.landmarks(); }
-  /// Predicts the match biases over a frame interval.
-  void predict(double dt_s, Kalman& kalman) const { vision_.biases().predict(dt_s, kalman); }
+  /// Predicts the match biases over the frame interval that ends at t. In a known place, the map is
+  /// considered.
+  void predict(Stamp t, double dt_s, Kalman& kalman) {
+    vision_.biases().predict(dt_s, kalman);
+    map_.consider_known(t, kalman);
+  }
   /// Measures the landmarks in the image, updates the state and manages the map; relocalizes a lost filter.
   /// Reports to `tracking` whether landmarks were seen. Does nothing if vision is disabled.
   VisualResult step(const VisualInput& input);

@@ -112,6 +112,34 @@ TEST(Kalman, BlockUpdateMatchesTheTextbookWithTheQuaternionNormalized) {
   EXPECT_LT((kalman.state().P() - P_after).norm(), 1e-10);
 }
 
+TEST(Kalman, AnUpdateReckonsWithConsideredParametersButLeavesThemAsTheyAre) {
+  Normal normal(2);
+  Kalman kalman = random_filter(3, false, normal);
+  const DenseStack dense(kalman.state(), normal);
+  const int at = kRobot + 6;  // the second of three landmarks
+  kalman.consider(at, at + 6);
+  EXPECT_FALSE(kalman.considers(at - 1));
+  EXPECT_TRUE(kalman.considers(at));
+  EXPECT_FALSE(kalman.considers(at + 6));
+  const VectorXd x = kalman.state().x();
+  const MatrixXd P = kalman.state().P();
+  MatrixXd K = dense.PHt * inverse(dense.S);
+  K.middleRows(at, 6).setZero();
+  VectorXd x_after = x + K * dense.nu;
+  MatrixXd N = MatrixXd::Identity(P.rows(), P.rows());
+  N.block<4, 4>(kOrientation, kOrientation) = normalized_jacobian(x_after.segment<4>(kOrientation));
+  x_after.segment<4>(kOrientation).normalize();
+  // The covariance of any gain K, (I - KH) P (I - KH)' + KRK' (Joseph's form).
+  const MatrixXd P_after =
+      N * (P - K * dense.PHt.transpose() - dense.PHt * K.transpose() + K * dense.S * K.transpose()) *
+      N.transpose();
+  ASSERT_TRUE(update(kalman, dense.measurements));
+  EXPECT_LT((kalman.state().x() - x_after).norm(), 1e-10);
+  EXPECT_LT((kalman.state().P() - P_after).norm(), 1e-10);
+  EXPECT_EQ(kalman.state().x().segment(at, 6), x.segment(at, 6));
+  EXPECT_EQ(kalman.state().P().block(at, at, 6, 6), P.block(at, at, 6, 6));
+}
+
 TEST(Kalman, CovarianceStaysPositiveThroughManyUpdatesAndPredictions) {
   for (const double sigma : {1.0, 1e-2, 1e-5}) {
     Normal normal(5);

@@ -351,6 +351,52 @@ TEST(Map, ALandmarkIsLessCertainAfterItsViewHasChangedButNotAfterSwaying) {
   EXPECT_LT(more.norm(), 1e-15);
 }
 
+/// Moves the camera 1 m aside at t, which is another place, and back 11 s later.
+void leave_and_return(Initialized& b, Stamp t) {
+  const Eigen::Vector3d aside(0, 1, 0);
+  b.move(aside);
+  b.map.consider_known(t, b.kalman);
+  b.move(-aside);
+  b.map.consider_known(t + 11s, b.kalman);
+}
+
+TEST(Map, InAPlaceSeenBeforeOnlyLandmarksInitializedSinceAreUpdated) {
+  Initialized b(2);
+  const auto considered = [&](std::size_t i) { return b.kalman.considers(b.map.landmarks()[i].at); };
+  b.map.consider_known(1s, b.kalman);
+  b.map.consider_known(9s, b.kalman);
+  b.map.consider_known(18s, b.kalman);  // the same visit
+  EXPECT_FALSE(considered(0));
+  b.map.initialize(b.image, {}, 20s, {}, b.kalman, b.removed);
+  ASSERT_EQ(b.size(), 4u);
+  leave_and_return(b, 21s);
+  EXPECT_TRUE(considered(0) && considered(1));
+  EXPECT_FALSE(considered(2) || considered(3));
+  b.move({0.1, 0, 0});
+  b.map.consider_known(33s, b.kalman);  // still the same place
+  EXPECT_TRUE(considered(1));
+  leave_and_return(b, 34s);
+  EXPECT_TRUE(considered(3));
+  Options white = options_for(1);
+  white.vision.match_bias_sigma_px = 0;
+  Initialized c(white);
+  c.map.consider_known(1s, c.kalman);
+  leave_and_return(c, 2s);
+  EXPECT_FALSE(c.kalman.considers(c.map.landmarks()[0].at));
+}
+
+TEST(Map, AConsideredLandmarkIsInflatedOnTheSecondVisitOnly) {
+  Initialized b(1);
+  b.map.consider_known(1s, b.kalman);
+  for (const Stamp t : {2s, 14s}) {
+    leave_and_return(b, t);
+    const Eigen::MatrixXd before = b.covariance(0);
+    b.move(Eigen::Vector3d(0, t == 2s ? 0.14 : -0.14, 0));
+    b.map.inflate_for_view_change(0, b.kalman);
+    EXPECT_EQ(b.covariance(0)(3, 3) > before(3, 3), t == 2s);
+  }
+}
+
 TEST(Map, LandmarksOutOfViewBecomePointsAtALargerUncertainty) {
   Initialized b(2);
   // The linearity index 4 σ / (ρ² d) is 0.08, between the bound in view, 0.05, and twice that bound.
