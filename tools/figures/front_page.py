@@ -16,7 +16,6 @@ import json
 import os
 import pathlib
 import platform
-import signal
 import subprocess
 import sys
 
@@ -174,7 +173,7 @@ def view_picture(work, out, seconds, theme, name, *arguments):
         subprocess.run(["node", ROOT / "tests/tools/use_page.cjs", "picture", url, work / "profile", str(seconds), picture, "1200", "860",
                         theme], check=True, stdout=subprocess.DEVNULL)
         subprocess.run(["ffmpeg", "-loglevel", "error", "-y", "-i", picture, "-quality", "80", out / f"{name}.webp"], check=True)
-        shown.send_signal(signal.SIGINT)
+        shown.terminate()
         shown.stdout.read()
 
 
