@@ -29,8 +29,8 @@ std::string change_text(const MetricVerdict& v) {
                                                              : fmt::format(" ({:+.0f} %)", percent));
 }
 
-/// Returns the gates of compare, then the other shown metrics, which have no tolerance and thus no verdict, in
-/// the units of display_of().
+/// Returns the gates of compare, then the other shown metrics, which have no tolerance and thus no verdict,
+/// in the units of display_of().
 std::vector<std::pair<MetricVerdict, bool>> verdicts_of(const Seeds& a, const Seeds& b, const RunData& run) {
   const std::vector<regression::Gate>& gates = regression::default_gates();
   std::vector<regression::Gate> others;

@@ -365,10 +365,10 @@ std::string World::fall_text(const Eigen::Isometry3d& X_WB) const {
   const Eigen::Vector3d up = X_WB.linear().col(2), ahead = X_WB.linear().col(0);
   const double way = std::remainder(std::atan2(up.y(), up.x()) - std::atan2(ahead.y(), ahead.x()), 2 * M_PI);
   const double now = std::chrono::duration<double>(time_).count();
-  std::string text = fmt::format("{} at {:.2f} s{}: the waist is {:.2f} m high and tilted by {:.0f} deg",
-                                 kWays[std::size_t(std::lround(way / M_PI_2) + 4) % 4], now,
-                                 settling_ ? " of settling" : "", X_WB.translation().z(),
-                                 std::acos(std::clamp(up.z(), -1.0, 1.0)) * 180 / M_PI);
+  std::string text =
+      fmt::format("{} at {:.2f} s{}: the waist is {:.2f} m high and tilted by {:.0f} deg",
+                  kWays[std::size_t(std::lround(way / M_PI_2) + 4) % 4], now, settling_ ? " of settling" : "",
+                  X_WB.translation().z(), std::acos(std::clamp(up.z(), -1.0, 1.0)) * 180 / M_PI);
   constexpr double kBlamed_s = 5;  // after a push
   for (const Push& push : pushes_)
     if (now >= push.time_s && now < push.time_s + push.duration_s + kBlamed_s)

@@ -48,8 +48,8 @@ class Floor {
 /// Many solid shapes make each physics step slow, because each is compared with each contact of the robot.
 inline constexpr std::size_t kMostSolids = 100;
 
-/// The slope and the edges that the built-in controller walks with `slope: true`: 7 degrees. On 8 and on 3 cm it
-/// falls.
+/// The slope and the edges that the built-in controller walks with `slope: true`: 7 degrees. On 8 and on 3 cm
+/// it falls.
 inline constexpr double kSteepest_deg = 7.5, kHighestEdge_m = 0.02;
 
 /// A planned footstep onto a place where the floor is not z = 0, or is too steep.

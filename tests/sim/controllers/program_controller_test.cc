@@ -83,7 +83,8 @@ TEST(ProgramController, CommandsServosAtItsRateAndClipsAngles) {
 }
 
 TEST(ProgramController, AnExitCodeAfterEndIsLogged) {
-  EXPECT_EQ(ProgramController(with_fault("late")).finish(), "gaitslam: after END, it ended with exit code 7\n");
+  EXPECT_EQ(ProgramController(with_fault("late")).finish(),
+            "gaitslam: after END, it ended with exit code 7\n");
   EXPECT_EQ(ProgramController(with_fault("none")).finish(), "");
 }
 
@@ -93,7 +94,8 @@ TEST(ProgramController, AProgramReceivesVelocityByTheLegsPlaceAndRig) {
   start.commands.steering.by = walking::SteeredBy::estimate;
   ProgramController controller(start);
   walk(controller, 6);
-  controller.steer(6, walking::PlaceEstimate{0.0175, {{0, 0}, 0}, {{3, 4}, 0.5}, Eigen::Matrix3d::Identity()});
+  controller.steer(6,
+                   walking::PlaceEstimate{0.0175, {{0, 0}, 0}, {{3, 4}, 0.5}, Eigen::Matrix3d::Identity()});
   controller.add_rig("12345678");
   const Eigen::VectorXd place = walk(controller, 1).gains->torque;
   EXPECT_NEAR(place[0], 3, 0.02) << "and half a millimeter per tick along the path";
