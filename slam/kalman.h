@@ -35,7 +35,7 @@ class Kalman {
   /// P ← P − WWᵀ with W = PHᵀL⁻ᵀ and S = LLᵀ; then the quaternion is normalized. Returns false, and changes
   /// nothing, if S is not positive definite or the innovation is not finite.
   bool update(const StackedMeasurement& stacked);
-  /// From now on, updates leave the parameters in [begin, end) and their covariance as they are, but reckon
+  /// Later updates leave the parameters in [begin, end) and their covariance as they are, but reckon
   /// with their errors (Schmidt 1966). An empty range ends this.
   void consider(int begin, int end) { considered_ = {begin, end}; }
   bool considers(int at) const { return considered_.first <= at && at < considered_.second; }

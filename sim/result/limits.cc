@@ -362,7 +362,7 @@ std::string score_table(const fs::path& result_folder, const TableStyle& style, 
     text += fmt::format(", walking controller {:.3f} ms per answer (median; p99 {:.3f})", median->number(),
                         timing.at("controller_ms_p99").number());
   text += fmt::format(", {:.2f} x real time\n", timing.at("realtime_factor").number());
-  // What the bench observed about the walking controller follows the program's own log.
+  // The bench's own remarks follow the walking controller's log.
   std::ifstream log(result_folder / "controller.log");
   for (std::string line; std::getline(log, line);)
     if (line.starts_with("gaitslam: ")) text += "  walking controller: " + line.substr(10) + "\n";

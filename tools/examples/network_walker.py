@@ -31,7 +31,7 @@ STILL = 0.01  # commands below this, in m/s and rad/s, are zero
 
 
 class Wrong(Exception):
-    """What the user got wrong."""
+    """An error in the page of YAML or in the network."""
 
 
 class Keys:

@@ -183,7 +183,7 @@ TEST_F(PlaybackTest, ResultsOfTwoScenariosAreNotShownSideBySide) {
   EXPECT_THROW(playback_site(two, {}), std::invalid_argument);
 }
 
-/// What the page receives at a path.
+/// Returns the JSON that the page receives at a path.
 nlohmann::json received(Site& site, const std::string& path) {
   return nlohmann::json::parse(*site.at(path, "").value().bytes);
 }
