@@ -95,10 +95,9 @@ void BlockedInterrupts::wait() const {
   ::sigwait(&signals_, &which);
 }
 
-std::optional<int> BlockedInterrupts::pending() const {
+bool BlockedInterrupts::pending() const {
   const timespec none{};
-  const int which = ::sigtimedwait(&signals_, nullptr, &none);
-  return which > 0 ? std::optional(which) : std::nullopt;
+  return ::sigtimedwait(&signals_, nullptr, &none) > 0;
 }
 
 }  // namespace cli

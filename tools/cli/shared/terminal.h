@@ -6,7 +6,6 @@
 
 #include <filesystem>
 #include <iosfwd>
-#include <optional>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -75,8 +74,8 @@ class BlockedInterrupts {
   BlockedInterrupts& operator=(const BlockedInterrupts&) = delete;
   /// Waits for one of them.
   void wait() const;
-  /// Returns one of them that has arrived, if any.
-  std::optional<int> pending() const;
+  /// Returns whether one of them has arrived.
+  bool pending() const;
 
  private:
   sigset_t signals_{}, before_{};
