@@ -128,10 +128,8 @@ std::vector<float> body_poses(const mjModel& model, const mjData& data,
   return poses;
 }
 
-PosedRobot::PosedRobot(const physics::RobotFile& robot, const std::string& room, const fs::path& models)
-    : model_(physics::load_model(robot, room, models)),
-      data_(data_at_rest(*model_)),
-      robot_(physics::read_robot(*model_, robot)) {
+PosedRobot::PosedRobot(const physics::RobotFile& robot, physics::Model in_room)
+    : model_(std::move(in_room)), data_(data_at_rest(*model_)), robot_(physics::read_robot(*model_, robot)) {
   std::map<std::tuple<int, int, float>, DrawnPiece> pieces;  // by body, picture and alpha
   for (int geom = 0; geom < model_->ngeom; ++geom) {
     if (!is_drawn(*model_, geom)) continue;

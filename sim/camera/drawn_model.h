@@ -29,8 +29,8 @@ std::vector<float> body_poses(const mjModel_& model, const mjData_& data,
 /// A robot in its room, posed by the caller from a recording's encoder readings and true waist poses.
 class PosedRobot {
  public:
-  /// Throws std::runtime_error if a model does not load.
-  PosedRobot(const physics::RobotFile& robot, const std::string& room, const fs::path& models);
+  /// robot: the file that the model was read from.
+  PosedRobot(const physics::RobotFile& robot, physics::Model in_room);
 
   const mjModel_& model() const { return *model_; }
   const walking::Robot& robot() const { return robot_; }

@@ -7,8 +7,6 @@
 namespace sim::camera {
 namespace {
 
-constexpr float kLightLeft = 0.15f;  // fraction of their light that surfaces get while the lamps are off
-
 // Integral from -infinity to x of the triangle of height 1 over [-1, 1].
 double below_triangle(double x) {
   x = std::clamp(x, -1.0, 1.0);
@@ -95,12 +93,11 @@ cv::Mat HeadCamera::picture(const double* q, float light) {
 }
 
 Exposure HeadCamera::expose(const RecentMotion& motion, std::chrono::nanoseconds t,
-                            const physics::WorldOptions::LightsOff& off, bool with_depth) {
+                            const physics::WorldOptions& world, bool with_depth) {
   Exposure exposure;
   for (const double moment : shutter_.moments()) {
     const double at = 1e-9 * double(t.count()) + moment;
-    const bool dark = at >= off.from_s && at < off.from_s + off.duration_s;
-    exposure.pictures.push_back(picture(motion.at(at, *model_).data(), dark ? kLightLeft : 1));
+    exposure.pictures.push_back(picture(motion.at(at, *model_).data(), float(world.light_at(at))));
   }
   if (!with_depth) return exposure;
   if (exposure.pictures.size() > 1) picture(motion.at(1e-9 * double(t.count()), *model_).data(), 1);

@@ -54,7 +54,7 @@ class FramePipeline::Sensor {
   // textures of `head_camera`.
   Sensor(const scenario::Scenario& scenario, const physics::Models& models, SensorIndex index, bool beside,
          const Sensor* head_camera)
-      : index_(index), lights_off_(scenario.world.lights_off), encoder_(beside), worker_(beside) {
+      : index_(index), world_(scenario.world), encoder_(beside), worker_(beside) {
     const camera::CameraOptions& head = *scenario.camera;
     if (!index) {
       make_camera(head, {}, camera::Channels::gray, "cam0", scenario, models);
@@ -117,7 +117,7 @@ class FramePipeline::Sensor {
     camera::Exposure exposure;
     {
       const result::StageClock clock(draw_ms);
-      exposure = camera_->expose(motion, t, lights_off_, depth_.has_value());
+      exposure = camera_->expose(motion, t, world_, depth_.has_value());
     }
     return encoder_.do_next([this, t, draw_ms, exposure = std::move(exposure)] {
       std::vector<Reading> frames;
@@ -147,7 +147,7 @@ class FramePipeline::Sensor {
   }
 
   SensorIndex index_, depth_;  // index of this sensor; of the depth camera aligned with it
-  physics::WorldOptions::LightsOff lights_off_;
+  physics::WorldOptions world_;
   double rate_hz_ = 30;
   nanoseconds lead_{0};
   int next_ = 0;

@@ -203,6 +203,7 @@ class SensingRobot {
 struct Start {
   Start(const scenario::ReadScenario& read, const std::filesystem::path& folder)
       : models(scenario::read_robot(read.scenario), read.scenario.world.room, folder) {
+    change_room(read, models);
     if (read.scenario.controller.source == programs::Source::built_in) plan = clear_plan(read, models);
     mount_sensors(read, models);
   }

@@ -11,6 +11,7 @@
 #include "sim/camera/lens.h"
 #include "sim/camera/shapes.h"
 #include "sim/physics/clearance.h"
+#include "sim/physics/furniture.h"
 #include "sim/physics/nominal_body.h"
 #include "sim/result/limits.h"
 #include "sim/scenario/robot.h"
@@ -128,6 +129,17 @@ physics::PlantVariation plant_variation(std::uint64_t seed, const physics::World
   drawn.servo_scale = scales(seed, "servo gains", spread.servo_fraction, joints);
   drawn.floor = floor(seed, spread.floor_height_m);
   return drawn;
+}
+
+void change_room(const scenario::ReadScenario& read, physics::Models& models) {
+  const physics::WorldOptions& world = read.scenario.world;
+  const int moved = physics::change_room(*models.in_room, world, read.scenario.walk);
+  if (moved == 0 && (world.moved.largest_m > 0 || world.moved.largest_rad > 0))
+    fail(scenario::place_of(read, "world.moved"), "world.moved",
+         fmt::format(
+             "nothing was moved: world.room {} has no furniture with space around it, expected bodies that "
+             "stand on the floor and touch nothing else",
+             world.room));
 }
 
 void mount_sensors(const scenario::ReadScenario& read, physics::Models& models) {

@@ -29,6 +29,9 @@ std::unique_ptr<controllers::ProgramController> program_controller(const scenari
 /// others.
 physics::PlantVariation plant_variation(std::uint64_t seed, const physics::WorldOptions& world, int joints);
 
+/// Applies the scenario's changes to the room. Throws ConfigError if no furniture can be moved.
+void change_room(const scenario::ReadScenario& read, physics::Models& models);
+
 /// Moves the head camera and chest IMU of the models to the scenario's mounts. Throws ConfigError if one of
 /// their links, or of the rig's, does not exist.
 void mount_sensors(const scenario::ReadScenario& read, physics::Models& models);

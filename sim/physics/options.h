@@ -76,6 +76,29 @@ struct WorldOptions {
     }
   } lights_off;
 
+  struct Light {
+    double level = 1, turn_rad = 0;
+
+    static void keys(auto&& key) {
+      number<&Light::level>(
+          key, 0.01, 2,
+          "brightness of the lamps relative to the room's model; windows and screens keep shining");
+      degrees<&Light::turn_rad>(key, -180, 180, "turn of the lamps' directions about the vertical");
+    }
+  } light;
+
+  /// Furniture that stands freely, moved at random.
+  struct Moved {
+    std::uint64_t seed = 1;
+    double largest_m = 0, largest_rad = 0;
+
+    static void keys(auto&& key) {
+      value<&Moved::seed>(key, "seed of the moves");
+      number<&Moved::largest_m>(key, 0, 10, "largest distance by which a piece of furniture is moved");
+      degrees<&Moved::largest_rad>(key, 0, 180, "largest angle by which a piece of furniture is turned");
+    }
+  } moved;
+
   struct Variation {
     double friction = 0.01;
     double joint_offset_rad = 0.001;
@@ -101,6 +124,13 @@ struct WorldOptions {
     }
   } variation;
 
+  /// Returns the brightness of the lamps at a time, relative to the room's model.
+  double light_at(double t_s) const {
+    constexpr double kLeft = 0.15;  // while the lamps are off
+    const bool off = t_s >= lights_off.from_s && t_s < lights_off.from_s + lights_off.duration_s;
+    return light.level * (off ? kLeft : 1);
+  }
+
   static void keys(auto&& key) {
     value<&WorldOptions::robot>(
         key, "robot: a folder below models/robots, or the path of one, relative to the scenario's file");
@@ -114,6 +144,8 @@ struct WorldOptions {
     value<&WorldOptions::floor_patches>(key, "rectangles of the floor with different friction");
     value<&WorldOptions::pushes>(key, "pushes against the waist");
     part<&WorldOptions::lights_off>(key);
+    part<&WorldOptions::light>(key);
+    part<&WorldOptions::moved>(key);
     part<&WorldOptions::variation>(key);
   }
 };

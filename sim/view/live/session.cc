@@ -17,6 +17,7 @@
 #include "sim/files/json.h"
 #include "sim/live/run.h"
 #include "sim/live/setup.h"
+#include "sim/physics/furniture.h"
 #include "sim/physics/nominal_body.h"
 #include "sim/physics/robot.h"
 #include "sim/recording/image_file.h"
@@ -74,8 +75,14 @@ void require_joints(Eigen::Index count, const mjModel& model) {
     throw std::runtime_error(fmt::format("the recording has {} joints, expected {}", count, model.nu));
 }
 
+physics::Model in_room(const scenario::Scenario& scenario, const fs::path& models) {
+  physics::Model model = load_model(scenario::read_robot(scenario), scenario.world.room, models);
+  change_room(*model, scenario.world, scenario.walk);
+  return model;
+}
+
 std::shared_ptr<camera::PosedRobot> posed_robot(const scenario::Scenario& scenario, const fs::path& models) {
-  return std::make_shared<camera::PosedRobot>(scenario::read_robot(scenario), scenario.world.room, models);
+  return std::make_shared<camera::PosedRobot>(scenario::read_robot(scenario), in_room(scenario, models));
 }
 
 ShownRun shown_run(const scenario::Scenario& scenario, const std::shared_ptr<camera::PosedRobot>& robot) {
@@ -178,7 +185,7 @@ Eigen::Isometry3d looking(const Vector3d& from, const Vector3d& at) {
 class Drawing {
  public:
   Drawing(const scenario::Scenario& scenario, const fs::path& recording, const fs::path& models)
-      : model_(load_model(scenario::read_robot(scenario), scenario.world.room, models)),
+      : model_(in_room(scenario, models)),
         data_(mj_makeData(model_.get())),
         scene_(*model_, {kView}, scenario.world.seed, Channels::rgb, Robot::whole),
         encoders_(recording, "encoders0") {

@@ -108,7 +108,7 @@ TEST(HeadCamera, DoesNotSeeTheHeadItSitsIn) {
 
 // The lamps go off in the middle of the frame: each row gets their light for its own part of the exposure.
 TEST(HeadCamera, RowsKeepFifteenPercentOfTheLightWhileTheLampsAreOff) {
-  const auto row_level = [](double exposure_s, double readout_s, int ms, int row) {
+  const auto row_level = [](double exposure_s, double readout_s, int ms, int row, double light = 1) {
     const CameraOptions options = camera(exposure_s, readout_s, 21);
     HeadCamera camera(
         head_in(
@@ -116,10 +116,14 @@ TEST(HeadCamera, RowsKeepFifteenPercentOfTheLightWhileTheLampsAreOff) {
         options);
     RecentMotion motion(options.lead());
     motion.add(std::chrono::seconds(0), camera.model(), *data_at_rest(camera.model()));
-    return cv::mean(camera.image(camera.expose(motion, std::chrono::milliseconds(ms), {2, 1})).row(row))[0];
+    WorldOptions world;
+    world.lights_off = {2, 1}, world.light.level = light;
+    return cv::mean(camera.image(camera.expose(motion, std::chrono::milliseconds(ms), world)).row(row))[0];
   };
   for (const auto& [ms, level] : {std::pair(1999, 204), {2000, 31}, {2999, 31}, {3000, 204}})
     EXPECT_NEAR(row_level(0, 0, ms, 120), level, 1) << ms;
+  EXPECT_NEAR(row_level(0, 0, 1000, 120, 0.5), 102, 1) << "half of the light";
+  EXPECT_NEAR(row_level(0, 0, 2000, 120, 0.5), 15, 1) << "of which 15 % are left";
   EXPECT_NEAR(row_level(0.02, 0, 2000, 20), (204 + 31) / 2, 8);
   for (const auto& [row, level] : {std::pair(20, 204), {100, 204}, {140, 31}, {220, 31}})
     EXPECT_NEAR(row_level(0, 0.02, 2000, row), level, 1) << row;

@@ -1,0 +1,163 @@
+#include "sim/physics/furniture.h"
+
+#include <mujoco/mujoco.h>
+
+#include <algorithm>
+#include <numbers>
+
+#include "sim/model_file/model_file.h"
+#include "sim/sensor_errors/random.h"
+#include "walking/timeline.h"
+
+namespace sim::physics {
+namespace {
+
+using Eigen::AlignedBox3d, Eigen::Isometry3d, Eigen::Vector2d, Eigen::Vector3d;
+using sensor_errors::Random;
+
+constexpr double kCorridor_m = 0.7;  // half a walking robot's width, its sway and its drift
+constexpr double kTouch_m =
+    0.01;                        // pieces closer than this stand together; lower shapes are part of the floor
+constexpr double kFeet_m = 0.1;  // some models lack casters
+constexpr int kDraws = 20;
+
+/// Returns the path of the commands at the walk's support phases.
+std::vector<Vector2d> path_of(const walking::WalkOptions& walk) {
+  std::vector<Vector2d> path{Vector2d::Zero()};
+  for (const walking::Phase& phase : walking::Timeline({}, walk, {}, Vector2d::Zero()).phases())
+    path.push_back(walking::center_of(phase.to).position);
+  return path;
+}
+
+Isometry3d pose_of(const mjModel& m, int body) {
+  return turned_pose_in(m.body_pos + 3 * body, m.body_quat + 4 * body);
+}
+
+void set_pose(mjModel& m, int body, const Isometry3d& X) {
+  Eigen::Map<Vector3d>(m.body_pos + 3 * body) = X.translation();
+  const Eigen::Quaterniond q(X.linear());
+  Eigen::Map<Eigen::Vector4d>(m.body_quat + 4 * body) << q.w(), q.x(), q.y(), q.z();
+}
+
+class Room {
+ public:
+  Room(mjModel& m, const walking::WalkOptions& walk) : m_(m), data_(mj_makeData(&m)), path_(path_of(walk)) {
+    mj_kinematics(&m_, data_.get());
+    for (int geom = 0; geom < m_.ngeom; ++geom)
+      if (m_.body_weldid[m_.geom_bodyid[geom]] == 0) boxes_.push_back({geom, box(geom)});
+  }
+
+  /// Returns the pieces of furniture.
+  std::vector<int> pieces() const {
+    std::vector<int> all;
+    for (int body = 1; body < m_.nbody; ++body)
+      if (m_.body_parentid[body] == 0 && m_.body_weldid[body] == 0 && stands_alone(body)) all.push_back(body);
+    return all;
+  }
+
+  /// Returns whether the piece found a place.
+  bool move(int body, const WorldOptions::Moved& moved) {
+    Random random(moved.seed, "furniture " + name_of(m_, mjOBJ_BODY, body), std::uint64_t(body));
+    const Isometry3d X = pose_of(m_, body);
+    const std::vector<Box> before = boxes_of(body);
+    const double was_near = distance(before);
+    for (int draw = 0; draw < kDraws; ++draw) {
+      const double way = 2 * std::numbers::pi * random.uniform(),
+                   length = moved.largest_m * std::sqrt(random.uniform()),
+                   turn = moved.largest_rad * (2 * random.uniform() - 1);
+      Isometry3d to = X;
+      to.prerotate(Eigen::AngleAxisd(turn, Vector3d::UnitZ()));
+      to.translation() = X.translation() + length * Vector3d(std::cos(way), std::sin(way), 0);
+      set_pose(m_, body, to);
+      const std::vector<Box> after = placed(body);
+      if (distance(after) >= std::min(kCorridor_m, was_near) && is_free(body, before, after)) return true;
+    }
+    set_pose(m_, body, X);
+    placed(body);
+    return false;
+  }
+
+ private:
+  struct Box {
+    int geom;
+    AlignedBox3d box;
+  };
+
+  AlignedBox3d box(int geom) const { return box_around(m_, *data_, geom); }
+  bool is_part(int geom, int body) const {
+    int of = m_.geom_bodyid[geom];
+    while (m_.body_parentid[of] != 0) of = m_.body_parentid[of];
+    return of == body;
+  }
+  std::vector<Box> boxes_of(int body) const {
+    std::vector<Box> all;
+    for (const Box& each : boxes_)
+      if (is_part(each.geom, body)) all.push_back(each);
+    return all;
+  }
+
+  /// Computes where the piece is now.
+  std::vector<Box> placed(int body) {
+    mj_kinematics(&m_, data_.get());
+    for (Box& each : boxes_)
+      if (is_part(each.geom, body)) each.box = box(each.geom);
+    return boxes_of(body);
+  }
+
+  bool stands_alone(int body) const {
+    const std::vector<Box> own = boxes_of(body);
+    double lowest = 1, highest = 0;
+    for (const auto& [geom, box] : own) {
+      if (m_.geom_contype[geom] == model_file::kSteppedBits) return false;
+      lowest = std::min(lowest, box.min().z()), highest = std::max(highest, box.max().z());
+    }
+    return std::abs(lowest) < kFeet_m && highest > kTouch_m && is_free(body, own, own);
+  }
+
+  /// Returns whether nothing else is where the piece's parts are before and after a move, or between.
+  bool is_free(int body, const std::vector<Box>& before, const std::vector<Box>& after) const {
+    for (std::size_t i = 0; i < before.size(); ++i) {
+      const AlignedBox3d swept = before[i].box.merged(after[i].box);
+      for (const auto& [geom, box] : boxes_)
+        if (box.max().z() > kTouch_m && !is_part(geom, body) && swept.exteriorDistance(box) < kTouch_m)
+          return false;
+    }
+    return true;
+  }
+
+  /// Returns the horizontal distance of a piece from the path, m.
+  double distance(const std::vector<Box>& piece) const {
+    double least = std::numeric_limits<double>::infinity();
+    for (const auto& [geom, box] : piece)
+      for (const Vector2d& p : path_)
+        least = std::min(least,
+                         Eigen::AlignedBox2d(box.min().head<2>(), box.max().head<2>()).exteriorDistance(p));
+    return least;
+  }
+
+  mjModel& m_;
+  Data data_;
+  std::vector<Vector2d> path_;
+  std::vector<Box> boxes_;  // around all shapes of the room
+};
+
+}  // namespace
+
+int change_room(mjModel& m, const WorldOptions& world, const walking::WalkOptions& walk) {
+  const Data data(mj_makeData(&m));
+  mj_kinematics(&m, data.get());
+  for (int light = 0; light < m.nlight; ++light) {
+    const int body = m.light_bodyid[light];
+    const Eigen::Matrix3d R_WB = pose_in(data->xpos + 3 * body, data->xmat + 9 * body).linear();
+    Eigen::Map<Vector3d> along_B(m.light_dir + 3 * light);
+    along_B =
+        R_WB.transpose() * (Eigen::AngleAxisd(world.light.turn_rad, Vector3d::UnitZ()) * (R_WB * along_B));
+  }
+  if (world.moved.largest_m == 0 && world.moved.largest_rad == 0) return 0;
+  Room room(m, walk);
+  int moved = 0;
+  for (const int body : room.pieces()) moved += room.move(body, world.moved);
+  return moved;
+}
+
+}  // namespace sim::physics
