@@ -158,10 +158,11 @@ std::vector<cv::Mat3b> PosedRobot::pictures(std::uint64_t seed, int largest_px) 
   return pictures;
 }
 
-std::vector<float> PosedRobot::poses(const walking::BodyPose& pose) {
+std::vector<float> PosedRobot::poses(const walking::BodyPose& pose, double t_s) {
   const Eigen::VectorXd q = physics::robot_positions(*model_, pose);
   std::ranges::copy(q, data_->qpos);
-  mj_kinematics(model_.get(), data_.get());
+  data_->time = t_s;
+  physics::pose_bodies(*model_, *data_);
   return body_poses(*model_, *data_, bodies_);
 }
 

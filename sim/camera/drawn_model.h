@@ -40,8 +40,8 @@ class PosedRobot {
   const std::vector<DrawnPiece>& pieces() const { return pieces_; }
   /// Returns the RGB pictures, painted from a seed; sides are powers of two, at most largest_px.
   std::vector<cv::Mat3b> pictures(std::uint64_t seed, int largest_px) const;
-  /// Returns the body_poses() of its bodies. The ankles' bushings are at rest.
-  std::vector<float> poses(const walking::BodyPose& pose);
+  /// Returns the body_poses() of its bodies at a time. The ankles' bushings are at rest.
+  std::vector<float> poses(const walking::BodyPose& pose, double t_s = 0);
 
  private:
   physics::Model model_;

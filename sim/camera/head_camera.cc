@@ -83,9 +83,10 @@ HeadCamera::HeadCamera(physics::Model robot_in_room, const CameraOptions& option
       shutter_(options),
       id_(physics::part(*model_, mjOBJ_CAMERA, "head_camera")) {}
 
-cv::Mat HeadCamera::picture(const double* q, float light) {
+cv::Mat HeadCamera::picture(const double* q, double t_s, float light) {
   std::copy_n(q, model_->nq, data_->qpos);
-  mj_kinematics(model_.get(), data_.get());
+  data_->time = t_s;
+  physics::pose_bodies(*model_, *data_);
   mj_camlight(model_.get(), data_.get());
   Eigen::Isometry3d X_WC = physics::pose_in(data_->cam_xpos + 3 * id_, data_->cam_xmat + 9 * id_);
   X_WC.linear() *= Eigen::Vector3d(1, -1, -1).asDiagonal();  // MuJoCo's M: y up, looking along -z
@@ -97,10 +98,11 @@ Exposure HeadCamera::expose(const RecentMotion& motion, std::chrono::nanoseconds
   Exposure exposure;
   for (const double moment : shutter_.moments()) {
     const double at = 1e-9 * double(t.count()) + moment;
-    exposure.pictures.push_back(picture(motion.at(at, *model_).data(), float(world.light_at(at))));
+    exposure.pictures.push_back(picture(motion.at(at, *model_).data(), at, float(world.light_at(at))));
   }
   if (!with_depth) return exposure;
-  if (exposure.pictures.size() > 1) picture(motion.at(1e-9 * double(t.count()), *model_).data(), 1);
+  const double stamp = 1e-9 * double(t.count());
+  if (exposure.pictures.size() > 1) picture(motion.at(stamp, *model_).data(), stamp, 1);
   exposure.depth = scene_.read_depth();
   return exposure;
 }

@@ -69,11 +69,11 @@ class HeadCamera {
 
   const mjModel& model() const { return *model_; }
   /// Returns the gray frame (CV_8UC1, height x width of the options) at the joint positions of `plant`.
-  cv::Mat render(const mjData& plant) { return image({{picture(plant.qpos, 1)}, {}}); }
-  /// Draws the frame stamped t in the light of the world at that time. `motion` must cover the time from t - lead()
-  /// of the options to t + lead().
-  Exposure expose(const RecentMotion& motion, std::chrono::nanoseconds t,
-                  const physics::WorldOptions& world, bool with_depth = false);
+  cv::Mat render(const mjData& plant) { return image({{picture(plant.qpos, plant.time, 1)}, {}}); }
+  /// Draws the frame stamped t in the light of the world at that time. `motion` must cover the time from t -
+  /// lead() of the options to t + lead().
+  Exposure expose(const RecentMotion& motion, std::chrono::nanoseconds t, const physics::WorldOptions& world,
+                  bool with_depth = false);
   /// Returns the frame through lens and shutter. May be called on any thread, as may depth_mm().
   cv::Mat image(const Exposure& exposure) const;
   /// Returns the depth along the camera's axis at the stamp (CV_16UC1, mm; 0: none, as on window panes).
@@ -82,7 +82,7 @@ class HeadCamera {
   }
 
  private:
-  cv::Mat picture(const double* q, float light);
+  cv::Mat picture(const double* q, double t_s, float light);
 
   physics::Model model_;
   physics::Data data_;

@@ -91,7 +91,8 @@ void Lidar::set_box(Eigen::Index shape) {
 // Computes all poses at that time and returns X_WS.
 Eigen::Isometry3d Lidar::pose(const RecentMotion& motion, double t_s) {
   Eigen::Map<Eigen::VectorXd>(data_->qpos, model_->nq) = motion.at(t_s, *model_);
-  mj_kinematics(model_.get(), data_.get());
+  data_->time = t_s;
+  physics::pose_bodies(*model_, *data_);
   return physics::pose_in(data_->xpos + 3 * place_.body, data_->xmat + 9 * place_.body) * place_.X_BL;
 }
 

@@ -175,7 +175,7 @@ score::Surface primitive(const mjModel& model, const mjData& data, int geom) {
 
 physics::Data data_at_rest(const mjModel& model) {
   physics::Data data(mj_makeData(&model));
-  mj_kinematics(&model, data.get());
+  physics::pose_bodies(model, *data);
   mj_camlight(&model, data.get());
   return data;
 }

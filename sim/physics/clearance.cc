@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "sim/model_file/model_file.h"
+#include "sim/physics/movers.h"
 #include "sim/physics/nominal_body.h"
 
 namespace sim::physics {
@@ -36,7 +37,7 @@ RoomClearance::RoomClearance(Model in_room, double margin_m) : model_(std::move(
   mjModel& m = *model_;
   m.nconmax = kContacts;
   data_.reset(mj_makeData(&m));
-  mj_kinematics(&m, data_.get());
+  pose_bodies(m, *data_);
   for (int geom = 0; geom < m.ngeom; ++geom) {
     const bool is_floor = m.geom_contype[geom] == model_file::kSteppedBits;
     const bool is_solid = (m.geom_contype[geom] | m.geom_conaffinity[geom]) != 0;
@@ -51,7 +52,7 @@ RoomClearance::RoomClearance(Model in_room, double margin_m) : model_(std::move(
       if (box.max().z() < kFloor) continue;
       if (m.geom_type[geom] == mjGEOM_PLANE) make_sheet(m, geom);
       m.geom_margin[geom] = margin_;
-      solids_.push_back({geom, box});
+      solids_.push_back({geom, box, is_mover(m, geom)});
     }
   }
 }
@@ -75,16 +76,20 @@ double RoomClearance::select_near(const Eigen::AlignedBox3d& robot) {
     const double distance = robot.exteriorDistance(solid.box);
     const bool near = distance <= margin_;
     model_->geom_contype[solid.geom] = near;
-    if (!near) others = std::min(others, distance);
+    constexpr double kOfMovers = kFastest_m_s / (kFastest_m_s + kFastestMover_m_s);
+    if (!near) others = std::min(others, distance * (solid.moves ? kOfMovers : 1));
   }
   return others;
 }
 
 // MuJoCo is exact about contacts within the margin, but its distances are off by centimeters for ellipsoids
 // and cylinders. They only decide which shape is named.
-Clearance RoomClearance::at(const double* positions) {
+Clearance RoomClearance::at(const double* positions, double t_s) {
   std::copy_n(positions, model_->nq, data_->qpos);
-  mj_kinematics(model_.get(), data_.get());
+  data_->time = t_s;
+  pose_bodies(*model_, *data_);
+  for (Solid& solid : solids_)
+    if (solid.moves) solid.box = box_around(*model_, *data_, solid.geom);
   const double others = select_near(robot_box());
   const auto is_near = [this](const Solid& solid) { return model_->geom_contype[solid.geom] != 0; };
   if (std::ranges::none_of(solids_, is_near)) return {others, {}};
@@ -118,7 +123,7 @@ std::optional<PlannedCollision> first_collision(walking::PatternGenerator plan, 
     const walking::BodyPose pose = walking::pose_of(plan.robot(), reference, q);
     q = pose.q;
     const Eigen::VectorXd positions = robot_positions(room.model(), pose);
-    const Clearance clearance = room.at(positions.data());
+    const Clearance clearance = room.at(positions.data(), reference.t_s);
     if (clearance.collision) return PlannedCollision{*clearance.collision, reference.t_s, reference.command};
     looked_at_s = reference.t_s;
     free_s = (clearance.distance_m - kPlannedMargin_m) / kFastest_m_s;

@@ -18,7 +18,9 @@ struct Collision {
 };
 
 struct Clearance {
-  double distance_m = 0;  ///< lower bound of the distance between robot and room, from boxes around both
+  /// Lower bound of the distance between robot and room, from boxes around both; that from movers is
+  /// reduced so that no part of the robot touches one within distance_m / kFastest_m_s.
+  double distance_m = 0;
   std::optional<Collision> collision;
 };
 
@@ -29,8 +31,8 @@ class RoomClearance {
   /// margin_m: anything closer than this is a collision; 0: only touching is.
   explicit RoomClearance(Model in_room, double margin_m = 0);
 
-  /// positions: all positions (qpos) of the robot's model.
-  Clearance at(const double* positions);
+  /// positions: all positions (qpos) of the robot's model. t_s: the time of the movers.
+  Clearance at(const double* positions, double t_s = 0);
 
   const mjModel_& model() const { return *model_; }
 
@@ -38,6 +40,7 @@ class RoomClearance {
   struct Solid {
     int geom = 0;
     Eigen::AlignedBox3d box;  // around the shape, in W
+    bool moves = false;
   };
 
   Eigen::AlignedBox3d robot_box() const;

@@ -2,11 +2,12 @@
 // sim/physics that sim/scenario includes.
 #pragma once
 
-#include <Eigen/Core>
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
+
+#include "sim/physics/movers.h"
 
 namespace sim::physics {
 
@@ -66,6 +67,7 @@ struct WorldOptions {
   double floor_friction = kFloorFriction;
   std::vector<FloorPatch> floor_patches;
   std::vector<Push> pushes;
+  std::vector<Mover> movers;
 
   struct LightsOff {
     double from_s = 0, duration_s = 0;
@@ -143,6 +145,7 @@ struct WorldOptions {
                                           "sliding friction of sole on floor; the default is the robot's");
     value<&WorldOptions::floor_patches>(key, "rectangles of the floor with different friction");
     value<&WorldOptions::pushes>(key, "pushes against the waist");
+    value<&WorldOptions::movers>(key, "people and doors that move, which the robot must not touch");
     part<&WorldOptions::lights_off>(key);
     part<&WorldOptions::light>(key);
     part<&WorldOptions::moved>(key);

@@ -15,6 +15,7 @@
 namespace sim::physics {
 namespace {
 
+using Eigen::Isometry3d, Eigen::Vector2d, Eigen::Vector3d;
 using model_file::Element;
 
 constexpr double kNotLevel = 0.001;  // m
@@ -89,6 +90,30 @@ Element adapted_room(const fs::path& file) {
   return root;
 }
 
+/// Adds movers to a room. Their scripts are numbers with the names of their bodies.
+void add(Element& room, const std::vector<Mover>& movers) {
+  static constexpr std::array kColors{"0.2 0.3 0.5 1", "0.6 0.2 0.2 1", "0.25 0.4 0.25 1", "0.5 0.4 0.3 1"};
+  static constexpr std::array kTypes{"plane", "box", "sphere", "cylinder", "ellipsoid", "capsule"};
+  Element& world = *std::ranges::find(room.children, "worldbody", &Element::name);
+  Element scripts{"custom"};
+  for (std::size_t i = 0; i < movers.size(); ++i) {
+    const std::string name =
+        fmt::format("{} {}", std::visit([](const auto& m) { return m.kName; }, movers[i]), i);
+    scripts.add("numeric",
+                {{"name", name}, {"data", fmt::format("{}", fmt::join(script_of(movers[i]), " "))}});
+    Element& body = world.add("body", {{"name", name}, {"mocap", "true"}});
+    for (const score::Surface& shape : shapes_of(movers[i])) {
+      const Vector3d& p = shape.X_WS.translation();
+      body.add("geom", {{"type", kTypes[std::size_t(shape.kind)]},
+                        {"pos", fmt::format("{} {} {}", p.x(), p.y(), p.z())},
+                        {"size", fmt::format("{} {} {}", shape.size.x(), shape.size.y(), shape.size.z())},
+                        {"rgba", kColors[i % kColors.size()]},
+                        {"group", "0"}});
+    }
+  }
+  if (!movers.empty()) room.children.push_back(std::move(scripts));
+}
+
 /// Renames parts of a room that have the same name as a part of the robot.
 void rename_clashes(Element& room, const Element& robot) {
   std::set<std::pair<std::string, std::string>> taken;
@@ -112,7 +137,6 @@ void keep_quaternions(const Element& element, mjModel& m) {
   }
 }
 
-using Eigen::Isometry3d, Eigen::Vector2d, Eigen::Vector3d;
 using walking::Leg, walking::Robot, walking::Side;
 
 constexpr std::array kSides{"right", "left"};  // as walking::Side
@@ -300,7 +324,8 @@ class RobotReader {
 
 }  // namespace
 
-Model join(const Element& robot, const std::string& room, const fs::path& models, Shapes shapes) {
+Model join(const Element& robot, const std::string& room, const fs::path& models, Shapes shapes,
+           const std::vector<Mover>& movers) {
   const auto file_of = [&](const std::string& name) {
     return NameOrPath(name).is_path() ? fs::path(name) : models / (name + ".xml");
   };
@@ -313,6 +338,8 @@ Model join(const Element& robot, const std::string& room, const fs::path& models
     const bool none = world.children.empty();
     if (!wide) parts.insert(parts.begin() + 1, adapted_room(file_of(kPhysicalRoom)));
     if (none) parts.pop_back();
+  } else {
+    add(parts[1], movers);
   }
   for (Element& part : parts) {
     if (&part != &parts[0]) rename_clashes(part, robot);
@@ -324,19 +351,21 @@ Model join(const Element& robot, const std::string& room, const fs::path& models
   return model;
 }
 
-Model load_model(const RobotFile& robot, const std::string& room, const fs::path& models, Shapes shapes) {
-  return join(adapt(robot).root, room, models, shapes);
+Model load_model(const RobotFile& robot, const std::string& room, const fs::path& models, Shapes shapes,
+                 const std::vector<Mover>& movers) {
+  return join(adapt(robot).root, room, models, shapes, movers);
 }
 
 Robot read_robot(const mjModel& model, const RobotFile& file) { return RobotReader(model, file).read(); }
 
-Models::Models(const RobotFile& file, const std::string& room, const fs::path& folder)
-    : Models(adapt(file).root, file, room, folder) {}
+Models::Models(const RobotFile& file, const std::string& room, const fs::path& folder,
+               const std::vector<Mover>& movers)
+    : Models(adapt(file).root, file, room, folder, movers) {}
 
 Models::Models(const model_file::Element& adapted, const RobotFile& file, const std::string& room,
-               const fs::path& folder)
+               const fs::path& folder, const std::vector<Mover>& movers)
     : on_floor(join(adapted, room, folder, Shapes::floor)),
-      in_room(join(adapted, room, folder, Shapes::all)),
+      in_room(join(adapted, room, folder, Shapes::all, movers)),
       robot(read_robot(*on_floor, file)),
       has_force_sensors(file.feet[0].force_sensor && file.feet[1].force_sensor) {}
 

@@ -3,6 +3,7 @@
 
 #include "sim/controllers/controller.h"
 #include "sim/physics/model.h"
+#include "sim/physics/movers.h"
 
 namespace sim::physics {
 
@@ -16,12 +17,14 @@ inline constexpr char kPhysicalRoom[] = "floor";
 enum class Shapes { all, floor };
 
 /// Returns an adapted robot in its room as one model. Names in the room that the robot also uses are
-/// changed. Throws std::runtime_error "file:line: ..." if a file is rejected.
-Model join(const model_file::Element& robot, const std::string& room, const fs::path& models, Shapes shapes);
+/// changed. Movers are bodies that MuJoCo does not move (pose_bodies() does). Throws std::runtime_error
+/// "file:line: ..." if a file is rejected.
+Model join(const model_file::Element& robot, const std::string& room, const fs::path& models, Shapes shapes,
+           const std::vector<Mover>& movers = {});
 /// Returns the robot in its room as one model. Throws std::runtime_error "file:line: ..." if a file is
 /// rejected.
 Model load_model(const RobotFile& robot, const std::string& room, const fs::path& models,
-                 Shapes shapes = Shapes::all);
+                 Shapes shapes = Shapes::all, const std::vector<Mover>& movers = {});
 
 /// Throws std::invalid_argument with one line: "file:line:column: key: what is wrong, expected ..." for names
 /// in robot.yaml, otherwise with the element of the model.
@@ -30,9 +33,10 @@ walking::Robot read_robot(const mjModel_& model, const RobotFile& file);
 /// The models of a run. Each file is opened once; users copy these models.
 struct Models {
   /// Throws std::runtime_error if a model does not load, and whatever read_robot() throws.
-  Models(const RobotFile& robot, const std::string& room, const fs::path& folder);
+  Models(const RobotFile& robot, const std::string& room, const fs::path& folder,
+         const std::vector<Mover>& movers = {});
   Models(const model_file::Element& adapted, const RobotFile& robot, const std::string& room,
-         const fs::path& folder);
+         const fs::path& folder, const std::vector<Mover>& movers = {});
   /// Moves head camera and chest IMU in both models, not in `robot`. Throws std::invalid_argument as
   /// place_of().
   void mount(const rig::Mount& camera, const rig::Mount& imu);

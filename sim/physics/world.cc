@@ -300,7 +300,8 @@ const Status& World::step() {
 
 // Distant shapes cannot be touched soon, so most steps need no check.
 void World::look_around() {
-  const Clearance clearance = room_->at(data_->qpos);
+  const Clearance clearance =
+      room_->at(data_->qpos, settling_ ? 0 : std::chrono::duration<double>(time_).count());
   next_look_ = time_ + std::chrono::nanoseconds(
                            std::llround(1e9 * std::min(clearance.distance_m / kFastest_m_s, 1.0)));
   if (!clearance.collision) return;

@@ -203,6 +203,8 @@ score::Run score_input(const RunRecord& record) {
   run.plan_waist = record.truth.waist_plan;
   run.camera = true_camera(record.setup.calibration.camera);
   run.surfaces = record.truth.surfaces;
+  if (const auto& movers = record.scenario.scenario.world.movers; !movers.empty())
+    run.movers = [&movers](score::Stamp t) { return physics::surfaces_of(movers, slam::seconds(t)); };
   run.feet = feet(record.truth);
   run.forces = record.truth.forces;
   run.torque_limited = torque_limited(record.truth.feet);

@@ -292,6 +292,25 @@ Value landmark_rmse(C c) {
   return root_mean_square(distances);
 }
 
+constexpr const char* kNothingMoves = "nothing moves in the room (world.movers)";
+
+Value moving_image(C c) {
+  constexpr std::size_t kEvery = 10;  // frames: several a second
+  if (!c.run.movers) return Absent{kNothingMoves};
+  if (c.truth_camera.empty() || c.run.camera.grid.empty()) return Absent{"the run has no images"};
+  Numbers fractions;
+  for (std::size_t i = 0; i < c.truth_camera.size(); i += kEvery)
+    fractions.push_back(moving_fraction(c.run, c.truth_camera[i].X, c.truth_camera[i].t));
+  return mean(fractions);
+}
+
+Value moving_landmarks(C c) {
+  if (!c.run.movers) return Absent{kNothingMoves};
+  if (c.run.no_matches) return Absent{*c.run.no_matches};
+  const auto fraction = moving_landmarks_fraction(c.run);
+  return fraction ? Value(*fraction) : Value(Absent{"no landmark was seen"});
+}
+
 // Errors over all frames, relative errors, and errors at the last frame.
 MetricDefinitions estimate_metrics() {
   return {
@@ -376,6 +395,13 @@ MetricDefinitions consistency_metrics() {
                  "Root mean square distance of the final map's landmarks from the first surface point on the "
                  "ray through their first pixel, from the true camera.",
                  Needs::scale, landmark_rmse});
+  all.push_back({"moving_image_fraction", "1",
+                 "Share of people and doors that move in the true camera's images, mean of every tenth frame "
+                 "from the first planned motion.",
+                 Needs::walk, moving_image, largest});
+  all.push_back({"moving_landmarks_fraction", "1",
+                 "Fraction of the estimator's landmarks that were first seen on a person or door that moves.",
+                 Needs::estimate, moving_landmarks, largest});
   return all;
 }
 

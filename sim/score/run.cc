@@ -14,13 +14,28 @@ const Eigen::Isometry3d* pose_at(const Run& run, Stamp t) {
   return at != run.truth_camera.end() && at->t == t ? &at->X : nullptr;
 }
 
-std::optional<Eigen::Vector3d> surface_point(const Run& run, const StampedPixel& seen) {
+/// Returns whether the first surface on a ray belongs to one of these movers.
+bool shows(const std::vector<Surface>& movers, const Run& run, const Eigen::Vector3d& origin,
+           const Eigen::Vector3d& direction) {
+  const auto distance = first_hit(movers, origin, direction);
+  return distance && *distance < first_hit(run.surfaces, origin, direction).value_or(kFar_m);
+}
+
+/// Returns whether the pixel shows a mover; nothing if the true pose is unknown.
+std::optional<bool> shows_mover(const Run& run, const StampedPixel& seen) {
   const Eigen::Isometry3d* const X_WC = pose_at(run, seen.t);
   if (!X_WC) return std::nullopt;
-  const Eigen::Vector3d direction = X_WC->linear() * run.camera.bearing(seen.pixel);
-  const auto distance = first_hit(run.surfaces, X_WC->translation(), direction);
+  return run.movers &&
+         shows(run.movers(seen.t), run, X_WC->translation(), X_WC->linear() * run.camera.bearing(seen.pixel));
+}
+
+std::optional<Eigen::Vector3d> surface_point(const Run& run, const StampedPixel& seen) {
+  if (shows_mover(run, seen).value_or(true)) return std::nullopt;
+  const Eigen::Isometry3d& X_WC = *pose_at(run, seen.t);
+  const Eigen::Vector3d direction = X_WC.linear() * run.camera.bearing(seen.pixel);
+  const auto distance = first_hit(run.surfaces, X_WC.translation(), direction);
   if (!distance) return std::nullopt;
-  return X_WC->translation() + *distance * direction;
+  return X_WC.translation() + *distance * direction;
 }
 
 // The points of the room that the camera at X_WC sees on its grid; far away if it sees none.
@@ -242,6 +257,21 @@ OrAbsent<std::vector<LoopLandmark>> loop_landmarks(const Run& run) {
   if (!returned) return Absent{"the camera never returned to a landmark after it had been elsewhere"};
   std::ranges::stable_sort(all, {}, &LoopLandmark::found);
   return all;
+}
+
+double moving_fraction(const Run& run, const Eigen::Isometry3d& X_WC, Stamp t) {
+  const std::vector<Surface> movers = run.movers(t);
+  const auto moving = std::ranges::count_if(run.camera.grid, [&](const Eigen::Vector3d& bearing) {
+    return shows(movers, run, X_WC.translation(), X_WC.linear() * bearing);
+  });
+  return double(moving) / double(run.camera.grid.size());
+}
+
+std::optional<double> moving_landmarks_fraction(const Run& run) {
+  double known = 0, moving = 0;
+  for (const LandmarkHistory& landmark : run.landmarks)
+    if (const auto on_mover = shows_mover(run, landmark.first_seen)) ++known, moving += *on_mover;
+  return known > 0 ? std::optional(moving / known) : std::nullopt;
 }
 
 std::vector<double> landmark_errors(const Run& run) {

@@ -102,7 +102,8 @@ std::function<void(Frame&)> robot_poses(std::vector<files::TimedPose> waist,
         encoders->until(frame.t);
         if (const std::vector<double>& q = encoders->newest;
             !q.empty() && row < waist.size() && waist[row].t == frame.t)
-          frame.bodies = poses(Eigen::Map<const Eigen::VectorXd>(q.data(), std::ssize(q)), waist[row].X);
+          frame.bodies = poses(Eigen::Map<const Eigen::VectorXd>(q.data(), std::ssize(q)), waist[row].X,
+                               slam::seconds(frame.t));
       };
 }
 

@@ -154,7 +154,8 @@ class Series {
 struct RobotModel {
   Model model;
   Eigen::AlignedBox2d sole;  ///< outline of the soles
-  std::function<std::vector<float>(const Eigen::VectorXd& q, const Eigen::Isometry3d& X_WB)> poses;
+  std::function<std::vector<float>(const Eigen::VectorXd& q, const Eigen::Isometry3d& X_WB, double t_s)>
+      poses;
 };
 
 /// Loads a scenario's robot; empty without the simulator. Throws std::runtime_error if the models do not

@@ -76,7 +76,8 @@ void require_joints(Eigen::Index count, const mjModel& model) {
 }
 
 physics::Model in_room(const scenario::Scenario& scenario, const fs::path& models) {
-  physics::Model model = load_model(scenario::read_robot(scenario), scenario.world.room, models);
+  physics::Model model = load_model(scenario::read_robot(scenario), scenario.world.room, models, Shapes::all,
+                                    scenario.world.movers);
   change_room(*model, scenario.world, scenario.walk);
   return model;
 }
@@ -128,7 +129,7 @@ class LiveSession : public ViewSession {
  private:
   void stamp(const live::StampedState& state) {
     Frame frame{.t = state.t};
-    frame.bodies = body_poses(*state.world.model(), *state.world.data(), robot_->bodies());
+    frame.bodies = robot_->poses({state.world.X_WB(), state.world.leg_readings().q}, slam::seconds(state.t));
     frame.truth = state.world.X_WC();
     frame.plan = state.X_PC;
     frame.feet = {FootPlace{state.feet.left}, FootPlace{state.feet.right}};
@@ -200,7 +201,8 @@ class Drawing {
     if (!encoders_.newest.empty())
       pose.q = Eigen::Map<const Eigen::VectorXd>(encoders_.newest.data(), model_->nu);
     Eigen::Map<Eigen::VectorXd>(data_->qpos, model_->nq) = robot_positions(*model_, pose);
-    mj_kinematics(model_.get(), data_.get());
+    data_->time = slam::seconds(t);
+    pose_bodies(*model_, *data_);
     mj_camlight(model_.get(), data_.get());
     const Vector3d waist = X_WB.translation();
     cv::Mat picture;
@@ -275,9 +277,9 @@ MakeRobot robot_maker(const fs::path& models) {
   return [models](const scenario::Scenario& scenario) {
     const auto robot = posed_robot(scenario, models);
     return RobotModel{model_of(robot, scenario.world.seed), sole_of(robot->robot()),
-                      [robot](const Eigen::VectorXd& q, const Eigen::Isometry3d& X_WB) {
+                      [robot](const Eigen::VectorXd& q, const Eigen::Isometry3d& X_WB, double t_s) {
                         require_joints(q.size(), robot->model());
-                        return robot->poses({X_WB, q});
+                        return robot->poses({X_WB, q}, t_s);
                       }};
   };
 }

@@ -252,5 +252,34 @@ TEST(Lidar, IntensityIsTheProductOfPaintAndPictureGray) {
   }
 }
 
+// A person walks 1 m towards a robot that stands.
+TEST(Movers, AreSeenWhereTheyAreAtTheTimeByCameraDepthCameraAndLidar) {
+  const Model model =
+      load_model(robot_file(), "floor", models(), Shapes::all, {Person{{{0, 3, 0}, {1, 2, 0}}}});
+  const Data data = data_at_rest(*model);
+  RecentMotion motion(std::chrono::seconds(2));
+  for (int ms = 0; ms <= 1100; ++ms) motion.add(milliseconds(ms), *model, *data);
+  rig::Lidar options;
+  Lidar lidar(copy_of(model), place_of(*model, options), options);
+  HeadCamera camera(copy_of(model), CameraOptions{});
+  std::vector<double> ranges, depths;
+  std::vector<cv::Mat> images;
+  for (const int ms : {0, 1000}) {
+    double nearest = 100;
+    for (const slam::LidarPoint& point : lidar.scan(motion, milliseconds(ms), milliseconds(ms + 100)))
+      if (std::abs(point.y_m) < 0.05 && point.x_m > 0.5 && point.z_m > -0.5)
+        nearest = std::min(nearest, double(point.x_m));
+    ranges.push_back(nearest);
+    const Exposure exposure = camera.expose(motion, milliseconds(ms), {}, true);
+    images.push_back(camera.image(exposure));
+    const cv::Mat1w depth = camera.depth_mm(exposure);
+    depths.push_back(1e-3 * depth(depth.rows / 2, depth.cols / 2));
+  }
+  EXPECT_NEAR(ranges[0] - ranges[1], 0.95, 0.06) << "walks on while the lidar turns";
+  EXPECT_NEAR(depths[0] - depths[1], 1, 0.07) << "the camera looks at another height of the trunk";
+  EXPECT_NEAR(depths[0], ranges[0], 0.3);
+  EXPECT_GT(cv::norm(images[0], images[1], cv::NORM_INF), 20);
+}
+
 }  // namespace
 }  // namespace sim::camera

@@ -86,7 +86,7 @@ TEST(Keys, EveryOptionAndEveryFieldOfAnItemHasAKey) {
       walking::WalkOptions, walking::StabilizerOptions, physics::WorldOptions, camera::CameraOptions,
       sensor_errors::ErrorOptions, slam::Options, walking::Stand, walking::Straight, walking::TangentArc,
       walking::PerpendicularArc, walking::Step, walking::Turn, walking::GoTo, walking::Repeat, physics::Push,
-      physics::FloorPatch>();
+      physics::FloorPatch, physics::Person, physics::Door>();
 }
 
 TEST(Keys, HaveTheirUnitInTheirName) {

@@ -79,8 +79,9 @@ TEST_F(PlaybackTest, MissingFilesAreReportedAndTheRecordingOfAnotherWalkIsNotUse
   ASSERT_EQ(none.size(), 1u);
   EXPECT_THAT(none[0], Has("built without the simulator"));
   const auto robot = [](const scenario::Scenario&) {
-    return RobotModel{
-        {}, kSole, [](const Eigen::VectorXd&, const Eigen::Isometry3d&) { return std::vector<float>(7); }};
+    return RobotModel{{}, kSole, [](const Eigen::VectorXd&, const Eigen::Isometry3d&, double) {
+                        return std::vector<float>(7);
+                      }};
   };
   fs::rename(folder_ / "walk/recording", folder_ / "walk/moved");
   const Playback alone = read_playback(result_, robot);
