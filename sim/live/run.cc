@@ -9,6 +9,7 @@
 #include "sim/live/self_check.h"
 #include "sim/live/setup.h"
 #include "sim/live/steering_pose_buffer.h"
+#include "sim/physics/arrangement.h"
 #include "sim/physics/walking_robot.h"
 #include "sim/scenario/robot.h"
 #include "sim/sensor_errors/random.h"
@@ -203,6 +204,8 @@ class SensingRobot {
 struct Start {
   Start(const scenario::ReadScenario& read, const std::filesystem::path& folder)
       : models(scenario::read_robot(read.scenario), read.scenario.world.room, folder) {
+    for (const physics::Model* const model : {&models.on_floor, &models.in_room})
+      physics::arrange(**model, read.scenario.world);
     if (read.scenario.controller.source == programs::Source::built_in) plan = clear_plan(read, models);
     mount_sensors(read, models);
   }

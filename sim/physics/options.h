@@ -2,8 +2,9 @@
 // sim/physics that sim/scenario includes.
 #pragma once
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <cstdint>
+#include <numbers>
 #include <optional>
 #include <string>
 #include <vector>
@@ -67,6 +68,44 @@ struct WorldOptions {
   std::vector<FloorPatch> floor_patches;
   std::vector<Push> pushes;
 
+  struct Start {
+    double x_m = 0, y_m = 0, yaw_rad = 0;
+
+    bool is_default() const { return x_m == 0 && y_m == 0 && yaw_rad == 0; }
+    /// W, which is under the robot at its start, in the frame of the room's file.
+    Eigen::Isometry3d X_RW() const {
+      return Eigen::Translation3d(x_m, y_m, 0) * Eigen::AngleAxisd(yaw_rad, Eigen::Vector3d::UnitZ());
+    }
+    static void keys(auto&& key) {
+      number<&Start::x_m>(key, -1000, 1000, "start of the robot in the room's file");
+      number<&Start::y_m>(key, -1000, 1000, "start of the robot in the room's file, to the left");
+      degrees<&Start::yaw_rad>(key, -360, 360, "heading of the robot at the start in the room");
+    }
+  } start;
+
+  struct Light {
+    double level = 1, turn_rad = 0;
+
+    static void keys(auto&& key) {
+      number<&Light::level>(key, 0.01, 2, "brightness of the lamps, relative to the room's file");
+      degrees<&Light::turn_rad>(key, -360, 360,
+                                "turn of the lamps' light about the vertical, as at another time of day");
+    }
+  } light;
+
+  struct Moved {
+    std::uint64_t seed = 0;
+    double largest_m = 0.3, largest_rad = 30 * std::numbers::pi / 180;
+
+    static void keys(auto&& key) {
+      value<&Moved::seed>(
+          key, "seed of the changed places of chairs and other small furniture; 0: as in the file");
+      number<&Moved::largest_m>(key, 0, 10, "maximum shift of each piece along x and y, if seed is not 0");
+      degrees<&Moved::largest_rad>(key, 0, 180,
+                                   "maximum turn of each piece about the vertical, if seed is not 0");
+    }
+  } moved;
+
   struct LightsOff {
     double from_s = 0, duration_s = 0;
 
@@ -113,6 +152,7 @@ struct WorldOptions {
                                           "sliding friction of sole on floor; the default is the robot's");
     value<&WorldOptions::floor_patches>(key, "rectangles of the floor with different friction");
     value<&WorldOptions::pushes>(key, "pushes against the waist");
+    part<&WorldOptions::start, &WorldOptions::light, &WorldOptions::moved>(key);
     part<&WorldOptions::lights_off>(key);
     part<&WorldOptions::variation>(key);
   }

@@ -398,7 +398,7 @@ const MetricDefinitions& metric_definitions() {
   static const MetricDefinitions definitions = [] {
     MetricDefinitions all;
     for (const auto group : {estimate_metrics, walk_metrics, loop_metrics, consistency_metrics,
-                             completion_metrics, timeliness_metrics})
+                             completion_metrics, map_metrics, timeliness_metrics})
       for (MetricDefinition& definition : group()) all.push_back(std::move(definition));
     return all;
   }();

@@ -118,6 +118,12 @@ struct Timeliness {
   std::size_t dropped = 0;         ///< number of frames
 };
 
+/// The use of a map of an earlier session.
+struct LoadedMap {
+  bool refused = false;                 ///< the estimator started a new map instead
+  std::size_t matches = 0, reused = 0;  ///< number of accepted matches, and of those with its landmarks
+};
+
 /// The commanded path, placed in W at the start.
 struct DesiredPath {
   Trajectory waist;                                       ///< commanded X_WB at the stamps of the true waist
@@ -146,6 +152,8 @@ struct Run {
   std::vector<FrameUse> use;             ///< for each answer; empty if the estimator does not report it
   std::vector<TimedHealth> health;       ///< after every observation; not tracking after a divergence
   std::optional<Timeliness> timeliness;  ///< absent without a time model
+  std::optional<LoadedMap> loaded_map = {};
+  std::optional<std::size_t> map_bytes = {};  ///< size of the saved map
   std::vector<LandmarkHistory> landmarks;
   std::vector<MappedPoint> map;  ///< final map
   std::vector<Surface> surfaces;
