@@ -53,7 +53,7 @@ const FrameReport& Filter::step(const Observation& o) {
       visual_.step({o.image, depth_image(o), o.t, interval, stands_still(o, planned, options_),
                     o.plan || o.legs, frames_, kalman_, tracking_, report_});  // section III-A
   monitor(o, interval, visual);
-  if (was_lost) tracking_.remains_lost(interval);
+  if (was_lost && visual_.map_use() != MapUse::searching) tracking_.remains_lost(interval);
   if (now_) interval_ = interval;
   now_ = o.t;
   update_estimate(o.t);
@@ -67,6 +67,16 @@ void Filter::start_without_plan() {
   double& height = start.P(kPosition + 2, kPosition + 2);
   height = std::max(height, kStartHeight_m * kStartHeight_m);
   kalman_.reset_robot(start);
+}
+
+void Filter::start_from(const SavedMap& map, MapStart start) {
+  visual_.start_from(map, start, kalman_);
+  tracking_.search();
+}
+
+std::optional<SavedMap> Filter::saved_map() const {
+  if (visual_.map_use() == MapUse::searching) return std::nullopt;
+  return visual_.saved_map(kalman_.state());
 }
 
 void Filter::record() {
@@ -127,7 +137,8 @@ void Filter::monitor(const Observation& o, Stamp interval, const VisualResult& v
   sensors_.legs().add(dt, by_legs ? nis_of(report_.innovations, "plan_velocity") : std::nullopt);
   sensors_.height().add(dt, nis_of(report_.innovations, "height"));
   if (sensors_.height().fails()) internal_.leave_level();
-  sensors_.images().add_health(dt, tracking_.health() != Health::ok, visual.good_image);
+  const bool lost = tracking_.health() != Health::ok && visual_.map_use() != MapUse::searching;
+  sensors_.images().add_health(dt, lost, visual.good_image);
   if (report_.relocalized)
     sensors_.reset();
   else
@@ -144,6 +155,7 @@ void Filter::update_estimate(Stamp t) {
 
 const FrameReport& Filter::complete_report() {
   report_.landmarks = static_cast<int>(visual_.landmarks().size());
+  report_.map = visual_.map_use();
   report_.health = tracking_.health();
   report_.cause = tracking_.cause();
   report_.suspect = sensors_.suspect();

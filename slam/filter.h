@@ -19,6 +19,13 @@ class Filter {
   /// changes nothing. The report is valid until the next call.
   const FrameReport& step(const Observation& observation);
 
+  /// Starts from a map. The pose given to the constructor is then the start in it, as well as it is known.
+  /// Until the map is recognized, the filter is lost, and its estimate is in a local frame. Call this before
+  /// the first step.
+  void start_from(const SavedMap& map, MapStart start);
+  /// Returns the map for a later session, or nothing while a loaded one is not recognized.
+  std::optional<SavedMap> saved_map() const;
+
   /// Records all later steps in a temporary file, so that smoothed() can return their poses.
   void record();
   /// Returns the poses of the recorded steps, each given all observations. Returns nothing if no step was

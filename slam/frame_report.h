@@ -86,6 +86,10 @@ struct DepthHypotheses {
 /// diverged: it failed and accepts no further observations.
 enum class Health { ok, lost, diverged };
 
+/// The use of a loaded map. searching: its pose is not known yet, and the estimate is in a local frame that
+/// starts at the told pose. refused: it was not recognized, and a new map starts in the local frame.
+enum class MapUse { none, searching, found, refused };
+
 /// Capacity reserved in lists of landmarks, so that a step in the steady state takes no heap memory.
 inline constexpr int kLandmarksInView = 64;
 
@@ -119,6 +123,7 @@ struct FrameReport {
   Evidence evidence{};       ///< evidence of systematic errors in this frame's innovations
   bool relocalized = false;  ///< the pose was reset from the map in this frame
   Reasons refused;           ///< why the observation or parts of it were not used
+  MapUse map = MapUse::none;
   Health health = Health::ok;
   std::optional<std::string> cause;  ///< why the health is not ok
   /// The sensor whose measurements contradict its model: "inconsistent: X, ...", where X is plan, leg

@@ -240,6 +240,19 @@ int Kalman::append_point(const Eigen::Vector3d& p_W, double sigma_m) {
   return at;
 }
 
+int Kalman::append_map(const Eigen::VectorXd& x, const Eigen::MatrixXd& P, const Eigen::VectorXd& null_yaw) {
+  const int at = state_.size, count = static_cast<int>(x.size());
+  reserve(at + count);
+  state_.size += count;
+  state_.storage_x.segment(at, count) = x;
+  state_.storage_null.segment(at, count) = null_yaw;
+  state_.storage_sensitivity.middleRows(at, count).setZero();
+  state_.storage_P.block(at, 0, count, at).setZero();
+  state_.storage_P.block(at, at, count, count) = P;
+  if (smoother_) smoother_->append(at, Eigen::MatrixXd(count, 0));
+  return at;
+}
+
 void Kalman::erase(int at, int count) {
   const int size = state_.size;
   auto& P = state_.storage_P;

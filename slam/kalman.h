@@ -51,6 +51,9 @@ class Kalman {
   /// Adds a point known with standard deviation sigma_m, uncorrelated with the rest of the state; returns its
   /// first index.
   int append_point(const Eigen::Vector3d& p_W, double sigma_m);
+  /// Adds landmarks that are independent of the rest of the state: their parameters x, the covariance P of
+  /// all of them and their part of State::null_yaw. Returns the first index.
+  int append_map(const Eigen::VectorXd& x, const Eigen::MatrixXd& P, const Eigen::VectorXd& null_yaw);
   /// Replaces the `count` parameters starting at `at` with at most as many new ones: y = g(parameters), J =
   /// ∂g/∂parameters.
   void replace(int at, int count, const Eigen::Ref<const Eigen::VectorXd>& y,

@@ -71,6 +71,8 @@ class TrackingMonitor {
   void accept() { refused_ = Stamp(0); }
   /// Something was seen: ends a loss caused by missing images.
   void sees();
+  /// Tracking starts lost, and is given up only by the caller.
+  void search() { lose("the loaded map is not recognized yet"); }
   /// The filter is broken. The first cause is kept.
   void diverge(const std::string& cause);
   /// The map was recognized: the health is ok, and all earlier frames are forgotten.

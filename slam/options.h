@@ -6,6 +6,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
+#include <filesystem>
 #include <optional>
 #include <string_view>
 #include <variant>
@@ -67,6 +68,11 @@ inline constexpr std::array<std::string_view, 2> kGyroReadings{"all", "last"};
 /// measured_depth: inverse depth, starting from the depth camera's reading if the pixel has one.
 enum class FirstSight { inverse_depth, particles, measured_depth };
 inline constexpr std::array<std::string_view, 3> kFirstSights{"inverse_depth", "particles", "measured_depth"};
+
+/// The pose at the start in a loaded map: known to 5 cm and 3 degrees, to 0.5 m and 20 degrees, or not at
+/// all.
+enum class MapStart { known, rough, unknown };
+inline constexpr std::array<std::string_view, 3> kMapStarts{"known", "rough", "unknown"};
 
 struct Options {
   struct Start {  ///< covers the robot's settling on its feet
@@ -309,6 +315,22 @@ struct Options {
     }
   } known_landmarks;
 
+  struct Map {  ///< read and written by the caller of the filter
+    std::filesystem::path load;
+    MapStart start = MapStart::known;
+    bool save = false;
+    static void keys(auto&& key) {
+      value<&Map::load>(
+          key,
+          "map of an earlier session to start from: the file map.bin of a result, relative to the "
+          "scenario's file; empty: none");
+      choice<&Map::start>(key, kMapStarts,
+                          "how well the start is known in that map: known (5 cm, 3 deg), rough (0.5 m, 20 "
+                          "deg), or unknown");
+      value<&Map::save>(key, "whether the result contains the map, as map.bin, for a later session");
+    }
+  } map;
+
   struct Consistency {
     bool observability_constrained = true;
     static void keys(auto&& key) {
@@ -320,7 +342,8 @@ struct Options {
   static void keys(auto&& key) {
     part<&Options::start, &Options::motion, &Options::gyro, &Options::accelerometer, &Options::plan_velocity,
          &Options::leg_odometry, &Options::command, &Options::height, &Options::vision, &Options::tracking,
-         &Options::bounds, &Options::depth, &Options::known_landmarks, &Options::consistency>(key);
+         &Options::bounds, &Options::depth, &Options::known_landmarks, &Options::map, &Options::consistency>(
+        key);
   }
 };
 

@@ -45,9 +45,9 @@ bool is_drawn(const mjModel& model, int geom, Robot robot = Robot::whole);
 /// Returns whether light passes through a geom: its alpha is below 1.
 bool is_glass(const mjModel& model, int geom);
 
-/// Returns whether a geom belongs to the robot or a mover, not to the room.
+/// Returns whether a geom belongs to the robot or an actor, not to the room.
 inline bool moves(const mjModel& model, int geom) {
-  return model.body_weldid[model.geom_bodyid[geom]] != 0 || physics::is_mover(model, geom);
+  return model.body_weldid[model.geom_bodyid[geom]] != 0 || physics::is_actor(model, geom);
 }
 
 /// Returns the 2d texture of a geom's material, or -1 for none.

@@ -11,6 +11,7 @@
 #include "slam/frame_report.h"
 #include "slam/observation.h"
 #include "slam/options.h"
+#include "slam/saved_map.h"
 #include "slam/state.h"
 
 namespace sim::estimators {
@@ -48,8 +49,9 @@ struct Start {
   rig::RigSensor chest_imu = {
       .name = "imu0", .kind = rig::Kind::imu, .rate_hz = 200};  ///< at calibration.X_CG
   std::vector<rig::RigSensor> rig = {};                         ///< additional sensors of the observations
-  std::vector<std::string> joints = {};  ///< joints with encoders; empty: no encoders or force sensors
-  double body_rate_hz = 200;             ///< rate of encoders and force sensors
+  std::vector<std::string> joints = {};    ///< joints with encoders; empty: no encoders or force sensors
+  double body_rate_hz = 200;               ///< rate of encoders and force sensors
+  std::optional<slam::SavedMap> map = {};  ///< of an earlier session, for the filter
 };
 
 /// A running estimator. Exceptions from it are failures of the estimator.
@@ -62,6 +64,8 @@ class Estimator {
   virtual bool uses(int) const { return true; }
   /// Returns the current map.
   virtual std::vector<slam::MapPoint> map() const = 0;
+  /// Returns the map for a later session, if the estimator makes one.
+  virtual std::optional<slam::SavedMap> saved_map() const { return std::nullopt; }
   /// Returns the poses of all answers, each estimated from all observations; empty if the estimator does
   /// not smooth. Call this once, after the last answer.
   virtual std::vector<PoseEstimate> smoothed() { return {}; }

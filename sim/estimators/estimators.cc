@@ -37,26 +37,39 @@ slam::Calibration with_depth(const Start& start) {
 class FilterEstimator : public Estimator {
  public:
   explicit FilterEstimator(const Start& start)
-      : calibration_(with_depth(start)), filter_(start.options, calibration_, start.X_WC, start.seed) {
-    if (start.options.vision.enabled) filter_.record();
+      : calibration_(with_depth(start)),
+        saves_map_(start.options.map.save),
+        filter_(start.options, calibration_, start.X_WC, start.seed) {
+    if (!start.options.vision.enabled) return;
+    if (start.map) filter_.start_from(*start.map, start.options.map.start);
+    filter_.record();
   }
 
   Answer step(const slam::Observation& observation) override {
     const slam::FrameReport& report = filter_.step(observation);
     const slam::Estimate& estimate = filter_.estimate();
+    if (report.map == slam::MapUse::searching) {  // the estimate is in a local frame
+      from_ = estimate.t + slam::Stamp(1);
+      return {std::nullopt, report};
+    }
     return {PoseEstimate{estimate.t, estimate.X_WC, estimate.covariance}, report};
   }
   bool uses(int sensor) const override { return calibration_.depth && calibration_.depth->sensor == sensor; }
   std::vector<slam::MapPoint> map() const override { return filter_.map(); }
+  std::optional<slam::SavedMap> saved_map() const override {
+    return saves_map_ ? filter_.saved_map() : std::nullopt;
+  }
   std::vector<PoseEstimate> smoothed() override {
     std::vector<PoseEstimate> poses;
     for (const slam::SmoothedPose& pose : filter_.smoothed().value_or(std::vector<slam::SmoothedPose>()))
-      poses.push_back({pose.t, pose.X_WC, std::nullopt});
+      if (pose.t >= from_) poses.push_back({pose.t, pose.X_WC, std::nullopt});
     return poses;
   }
 
  private:
   slam::Calibration calibration_;
+  bool saves_map_;
+  slam::Stamp from_ = slam::Stamp::min();  // stamp of the first pose in the map
   slam::Filter filter_;
 };
 

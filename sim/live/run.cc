@@ -203,8 +203,8 @@ class SensingRobot {
 struct Start {
   Start(const scenario::ReadScenario& read, const std::filesystem::path& folder)
       : models(scenario::read_robot(read.scenario), read.scenario.world.room, folder,
-               read.scenario.world.movers) {
-    change_room(read, models);
+               read.scenario.world.actors_in_W()) {
+    arrange(read, models);
     if (read.scenario.controller.source == programs::Source::built_in) plan = clear_plan(read, models);
     mount_sensors(read, models);
   }

@@ -10,8 +10,8 @@
 
 #include "sim/camera/lens.h"
 #include "sim/camera/shapes.h"
+#include "sim/physics/arrangement.h"
 #include "sim/physics/clearance.h"
-#include "sim/physics/furniture.h"
 #include "sim/physics/nominal_body.h"
 #include "sim/result/limits.h"
 #include "sim/scenario/robot.h"
@@ -131,10 +131,10 @@ physics::PlantVariation plant_variation(std::uint64_t seed, const physics::World
   return drawn;
 }
 
-void change_room(const scenario::ReadScenario& read, physics::Models& models) {
+void arrange(const scenario::ReadScenario& read, physics::Models& models) {
   const physics::WorldOptions& world = read.scenario.world;
-  const int moved = physics::change_room(*models.in_room, world, read.scenario.walk);
-  if (moved == 0 && (world.moved.largest_m > 0 || world.moved.largest_rad > 0))
+  physics::arrange(*models.on_floor, world, read.scenario.walk);
+  if (physics::arrange(*models.in_room, world, read.scenario.walk) == 0 && world.moved.seed != 0)
     fail(scenario::place_of(read, "world.moved"), "world.moved",
          fmt::format(
              "nothing was moved: world.room {} has no furniture with space around it, expected bodies that "

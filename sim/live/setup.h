@@ -29,8 +29,8 @@ std::unique_ptr<controllers::ProgramController> program_controller(const scenari
 /// others.
 physics::PlantVariation plant_variation(std::uint64_t seed, const physics::WorldOptions& world, int joints);
 
-/// Applies the scenario's changes to the room. Throws ConfigError if no furniture can be moved.
-void change_room(const scenario::ReadScenario& read, physics::Models& models);
+/// Arranges the room as the scenario says. Throws ConfigError if no furniture can be moved.
+void arrange(const scenario::ReadScenario& read, physics::Models& models);
 
 /// Moves the head camera and chest IMU of the models to the scenario's mounts. Throws ConfigError if one of
 /// their links, or of the rig's, does not exist.

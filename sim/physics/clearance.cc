@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "sim/model_file/model_file.h"
-#include "sim/physics/movers.h"
+#include "sim/physics/actors.h"
 #include "sim/physics/nominal_body.h"
 
 namespace sim::physics {
@@ -52,7 +52,7 @@ RoomClearance::RoomClearance(Model in_room, double margin_m) : model_(std::move(
       if (box.max().z() < kFloor) continue;
       if (m.geom_type[geom] == mjGEOM_PLANE) make_sheet(m, geom);
       m.geom_margin[geom] = margin_;
-      solids_.push_back({geom, box, is_mover(m, geom)});
+      solids_.push_back({geom, box, is_actor(m, geom)});
     }
   }
 }
@@ -76,8 +76,8 @@ double RoomClearance::select_near(const Eigen::AlignedBox3d& robot) {
     const double distance = robot.exteriorDistance(solid.box);
     const bool near = distance <= margin_;
     model_->geom_contype[solid.geom] = near;
-    constexpr double kOfMovers = kFastest_m_s / (kFastest_m_s + kFastestMover_m_s);
-    if (!near) others = std::min(others, distance * (solid.moves ? kOfMovers : 1));
+    constexpr double kOfActors = kFastest_m_s / (kFastest_m_s + kFastestActor_m_s);
+    if (!near) others = std::min(others, distance * (solid.moves ? kOfActors : 1));
   }
   return others;
 }

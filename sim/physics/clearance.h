@@ -18,7 +18,7 @@ struct Collision {
 };
 
 struct Clearance {
-  /// Lower bound of the distance between robot and room, from boxes around both; that from movers is
+  /// Lower bound of the distance between robot and room, from boxes around both; that from actors is
   /// reduced so that no part of the robot touches one within distance_m / kFastest_m_s.
   double distance_m = 0;
   std::optional<Collision> collision;
@@ -31,7 +31,7 @@ class RoomClearance {
   /// margin_m: anything closer than this is a collision; 0: only touching is.
   explicit RoomClearance(Model in_room, double margin_m = 0);
 
-  /// positions: all positions (qpos) of the robot's model. t_s: the time of the movers.
+  /// positions: all positions (qpos) of the robot's model. t_s: the time of the actors.
   Clearance at(const double* positions, double t_s = 0);
 
   const mjModel_& model() const { return *model_; }

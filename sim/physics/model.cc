@@ -12,7 +12,7 @@
 #include <stdexcept>
 
 #include "sim/model_file/element.h"
-#include "sim/physics/movers.h"
+#include "sim/physics/actors.h"
 
 namespace sim::physics {
 namespace {
@@ -152,16 +152,16 @@ std::string name_of(const mjModel& model, int type, int id) {
 void pose_bodies(const mjModel& model, mjData& data) {
   for (int script = 0; script < model.nnumeric; ++script) {
     const int body = mj_name2id(&model, mjOBJ_BODY, mj_id2name(&model, mjOBJ_NUMERIC, script));
-    const int mover = body < 0 ? -1 : model.body_mocapid[body];
-    if (mover < 0) continue;
+    const int actor = body < 0 ? -1 : model.body_mocapid[body];
+    if (actor < 0) continue;
     const Eigen::Isometry3d X = pose_at(
         {model.numeric_data + model.numeric_adr[script], std::size_t(model.numeric_size[script])}, data.time);
-    set_pose(data.mocap_pos + 3 * mover, data.mocap_quat + 4 * mover, X);
+    set_pose(data.mocap_pos + 3 * actor, data.mocap_quat + 4 * actor, X);
   }
   mj_kinematics(&model, &data);
 }
 
-bool is_mover(const mjModel& model, int geom) { return model.body_mocapid[model.geom_bodyid[geom]] >= 0; }
+bool is_actor(const mjModel& model, int geom) { return model.body_mocapid[model.geom_bodyid[geom]] >= 0; }
 
 Eigen::Isometry3d geom_pose(const mjData& data, int geom) {
   return pose_in(data.geom_xpos + 3 * geom, data.geom_xmat + 9 * geom);

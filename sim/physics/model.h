@@ -44,11 +44,11 @@ inline Eigen::Isometry3d turned_pose_in(const double* p, const double* q) {
   return Eigen::Translation3d(p[0], p[1], p[2]) * Eigen::Quaterniond(q[0], q[1], q[2], q[3]);
 }
 
-/// Computes the poses of all bodies: those of the robot by the positions, those of movers by the time of
+/// Computes the poses of all bodies: those of the robot by the positions, those of actors by the time of
 /// `data`.
 void pose_bodies(const mjModel_& model, mjData_& data);
-/// Returns whether a geom belongs to a mover.
-bool is_mover(const mjModel_& model, int geom);
+/// Returns whether a geom belongs to an actor.
+bool is_actor(const mjModel_& model, int geom);
 
 /// Returns X_WG of a geom. Positions must have been computed.
 Eigen::Isometry3d geom_pose(const mjData_& data, int geom);

@@ -3,11 +3,12 @@
 #pragma once
 
 #include <cstdint>
+#include <numbers>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "sim/physics/movers.h"
+#include "sim/physics/actors.h"
 
 namespace sim::physics {
 
@@ -67,7 +68,46 @@ struct WorldOptions {
   double floor_friction = kFloorFriction;
   std::vector<FloorPatch> floor_patches;
   std::vector<Push> pushes;
-  std::vector<Mover> movers;
+  std::vector<Actor> actors;
+
+  struct Start {
+    double x_m = 0, y_m = 0, yaw_rad = 0;
+
+    bool is_default() const { return x_m == 0 && y_m == 0 && yaw_rad == 0; }
+    /// W, which is under the robot at its start, in the frame of the room's file.
+    Eigen::Isometry3d X_RW() const {
+      return Eigen::Translation3d(x_m, y_m, 0) * Eigen::AngleAxisd(yaw_rad, Eigen::Vector3d::UnitZ());
+    }
+    static void keys(auto&& key) {
+      number<&Start::x_m>(key, -1000, 1000, "start of the robot in the room's file");
+      number<&Start::y_m>(key, -1000, 1000, "start of the robot in the room's file, to the left");
+      degrees<&Start::yaw_rad>(key, -360, 360, "heading of the robot at the start in the room");
+    }
+  } start;
+
+  struct Light {
+    double level = 1, turn_rad = 0;
+
+    static void keys(auto&& key) {
+      number<&Light::level>(
+          key, 0.01, 2,
+          "brightness of the lamps, relative to the room's file; windows and screens keep shining");
+      degrees<&Light::turn_rad>(key, -360, 360,
+                                "turn of the lamps' light about the vertical, as at another time of day");
+    }
+  } light;
+
+  struct Moved {
+    std::uint64_t seed = 0;
+    double largest_m = 0.3, largest_rad = 30 * std::numbers::pi / 180;
+
+    static void keys(auto&& key) {
+      value<&Moved::seed>(key, "seed of the moves of furniture with space around it; 0: as in the file");
+      number<&Moved::largest_m>(key, 0, 10, "largest distance by which a piece is moved, if seed is not 0");
+      degrees<&Moved::largest_rad>(key, 0, 180,
+                                   "largest turn of a piece about the vertical, if seed is not 0");
+    }
+  } moved;
 
   struct LightsOff {
     double from_s = 0, duration_s = 0;
@@ -77,29 +117,6 @@ struct WorldOptions {
       number<&LightsOff::duration_s>(key, 0, 1e6, "duration of the darkness; 0: the lamps stay on");
     }
   } lights_off;
-
-  struct Light {
-    double level = 1, turn_rad = 0;
-
-    static void keys(auto&& key) {
-      number<&Light::level>(
-          key, 0.01, 2,
-          "brightness of the lamps relative to the room's model; windows and screens keep shining");
-      degrees<&Light::turn_rad>(key, -180, 180, "turn of the lamps' directions about the vertical");
-    }
-  } light;
-
-  /// Furniture that stands freely, moved at random.
-  struct Moved {
-    std::uint64_t seed = 1;
-    double largest_m = 0, largest_rad = 0;
-
-    static void keys(auto&& key) {
-      value<&Moved::seed>(key, "seed of the moves");
-      number<&Moved::largest_m>(key, 0, 10, "largest distance by which a piece of furniture is moved");
-      degrees<&Moved::largest_rad>(key, 0, 180, "largest angle by which a piece of furniture is turned");
-    }
-  } moved;
 
   struct Variation {
     double friction = 0.01;
@@ -126,6 +143,13 @@ struct WorldOptions {
     }
   } variation;
 
+  /// Returns the actors, which the scenario places in the room, in W.
+  std::vector<Actor> actors_in_W() const {
+    std::vector<Actor> all = actors;
+    for (Actor& actor : all) place(actor, start.X_RW().inverse(), -start.yaw_rad);
+    return all;
+  }
+
   /// Returns the brightness of the lamps at a time, relative to the room's model.
   double light_at(double t_s) const {
     constexpr double kLeft = 0.15;  // while the lamps are off
@@ -145,10 +169,8 @@ struct WorldOptions {
                                           "sliding friction of sole on floor; the default is the robot's");
     value<&WorldOptions::floor_patches>(key, "rectangles of the floor with different friction");
     value<&WorldOptions::pushes>(key, "pushes against the waist");
-    value<&WorldOptions::movers>(key, "people and doors that move, which the robot must not touch");
-    part<&WorldOptions::lights_off>(key);
-    part<&WorldOptions::light>(key);
-    part<&WorldOptions::moved>(key);
+    value<&WorldOptions::actors>(key, "people and doors that move, which the robot must not touch");
+    part<&WorldOptions::start, &WorldOptions::light, &WorldOptions::moved, &WorldOptions::lights_off>(key);
     part<&WorldOptions::variation>(key);
   }
 };

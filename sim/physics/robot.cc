@@ -90,19 +90,19 @@ Element adapted_room(const fs::path& file) {
   return root;
 }
 
-/// Adds movers to a room. Their scripts are numbers with the names of their bodies.
-void add(Element& room, const std::vector<Mover>& movers) {
+/// Adds actors to a room. Their scripts are numbers with the names of their bodies.
+void add(Element& room, const std::vector<Actor>& actors) {
   static constexpr std::array kColors{"0.2 0.3 0.5 1", "0.6 0.2 0.2 1", "0.25 0.4 0.25 1", "0.5 0.4 0.3 1"};
   static constexpr std::array kTypes{"plane", "box", "sphere", "cylinder", "ellipsoid", "capsule"};
   Element& world = *std::ranges::find(room.children, "worldbody", &Element::name);
   Element scripts{"custom"};
-  for (std::size_t i = 0; i < movers.size(); ++i) {
+  for (std::size_t i = 0; i < actors.size(); ++i) {
     const std::string name =
-        fmt::format("{} {}", std::visit([](const auto& m) { return m.kName; }, movers[i]), i);
+        fmt::format("{} {}", std::visit([](const auto& m) { return m.kName; }, actors[i]), i);
     scripts.add("numeric",
-                {{"name", name}, {"data", fmt::format("{}", fmt::join(script_of(movers[i]), " "))}});
+                {{"name", name}, {"data", fmt::format("{}", fmt::join(script_of(actors[i]), " "))}});
     Element& body = world.add("body", {{"name", name}, {"mocap", "true"}});
-    for (const score::Surface& shape : shapes_of(movers[i])) {
+    for (const score::Surface& shape : shapes_of(actors[i])) {
       const Vector3d& p = shape.X_WS.translation();
       body.add("geom", {{"type", kTypes[std::size_t(shape.kind)]},
                         {"pos", fmt::format("{} {} {}", p.x(), p.y(), p.z())},
@@ -111,7 +111,7 @@ void add(Element& room, const std::vector<Mover>& movers) {
                         {"group", "0"}});
     }
   }
-  if (!movers.empty()) room.children.push_back(std::move(scripts));
+  if (!actors.empty()) room.children.push_back(std::move(scripts));
 }
 
 /// Renames parts of a room that have the same name as a part of the robot.
@@ -325,7 +325,7 @@ class RobotReader {
 }  // namespace
 
 Model join(const Element& robot, const std::string& room, const fs::path& models, Shapes shapes,
-           const std::vector<Mover>& movers) {
+           const std::vector<Actor>& actors) {
   const auto file_of = [&](const std::string& name) {
     return NameOrPath(name).is_path() ? fs::path(name) : models / (name + ".xml");
   };
@@ -339,7 +339,7 @@ Model join(const Element& robot, const std::string& room, const fs::path& models
     if (!wide) parts.insert(parts.begin() + 1, adapted_room(file_of(kPhysicalRoom)));
     if (none) parts.pop_back();
   } else {
-    add(parts[1], movers);
+    add(parts[1], actors);
   }
   for (Element& part : parts) {
     if (&part != &parts[0]) rename_clashes(part, robot);
@@ -352,20 +352,20 @@ Model join(const Element& robot, const std::string& room, const fs::path& models
 }
 
 Model load_model(const RobotFile& robot, const std::string& room, const fs::path& models, Shapes shapes,
-                 const std::vector<Mover>& movers) {
-  return join(adapt(robot).root, room, models, shapes, movers);
+                 const std::vector<Actor>& actors) {
+  return join(adapt(robot).root, room, models, shapes, actors);
 }
 
 Robot read_robot(const mjModel& model, const RobotFile& file) { return RobotReader(model, file).read(); }
 
 Models::Models(const RobotFile& file, const std::string& room, const fs::path& folder,
-               const std::vector<Mover>& movers)
-    : Models(adapt(file).root, file, room, folder, movers) {}
+               const std::vector<Actor>& actors)
+    : Models(adapt(file).root, file, room, folder, actors) {}
 
 Models::Models(const model_file::Element& adapted, const RobotFile& file, const std::string& room,
-               const fs::path& folder, const std::vector<Mover>& movers)
+               const fs::path& folder, const std::vector<Actor>& actors)
     : on_floor(join(adapted, room, folder, Shapes::floor)),
-      in_room(join(adapted, room, folder, Shapes::all, movers)),
+      in_room(join(adapted, room, folder, Shapes::all, actors)),
       robot(read_robot(*on_floor, file)),
       has_force_sensors(file.feet[0].force_sensor && file.feet[1].force_sensor) {}
 

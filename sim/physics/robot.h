@@ -2,8 +2,8 @@
 #pragma once
 
 #include "sim/controllers/controller.h"
+#include "sim/physics/actors.h"
 #include "sim/physics/model.h"
-#include "sim/physics/movers.h"
 
 namespace sim::physics {
 
@@ -17,14 +17,14 @@ inline constexpr char kPhysicalRoom[] = "floor";
 enum class Shapes { all, floor };
 
 /// Returns an adapted robot in its room as one model. Names in the room that the robot also uses are
-/// changed. Movers are bodies that MuJoCo does not move (pose_bodies() does). Throws std::runtime_error
+/// changed. Actors are bodies that MuJoCo does not move (pose_bodies() does). Throws std::runtime_error
 /// "file:line: ..." if a file is rejected.
 Model join(const model_file::Element& robot, const std::string& room, const fs::path& models, Shapes shapes,
-           const std::vector<Mover>& movers = {});
+           const std::vector<Actor>& actors = {});
 /// Returns the robot in its room as one model. Throws std::runtime_error "file:line: ..." if a file is
 /// rejected.
 Model load_model(const RobotFile& robot, const std::string& room, const fs::path& models,
-                 Shapes shapes = Shapes::all, const std::vector<Mover>& movers = {});
+                 Shapes shapes = Shapes::all, const std::vector<Actor>& actors = {});
 
 /// Throws std::invalid_argument with one line: "file:line:column: key: what is wrong, expected ..." for names
 /// in robot.yaml, otherwise with the element of the model.
@@ -34,9 +34,9 @@ walking::Robot read_robot(const mjModel_& model, const RobotFile& file);
 struct Models {
   /// Throws std::runtime_error if a model does not load, and whatever read_robot() throws.
   Models(const RobotFile& robot, const std::string& room, const fs::path& folder,
-         const std::vector<Mover>& movers = {});
+         const std::vector<Actor>& actors = {});
   Models(const model_file::Element& adapted, const RobotFile& robot, const std::string& room,
-         const fs::path& folder, const std::vector<Mover>& movers = {});
+         const fs::path& folder, const std::vector<Actor>& actors = {});
   /// Moves head camera and chest IMU in both models, not in `robot`. Throws std::invalid_argument as
   /// place_of().
   void mount(const rig::Mount& camera, const rig::Mount& imu);

@@ -1,4 +1,5 @@
 #include "sim/controllers/path.h"
+#include "sim/recording/map_file.h"
 #include "sim/result/result.h"
 #include "slam/camera.h"
 #include "walking/timeline.h"
@@ -27,7 +28,13 @@ void add_reports(score::Run& run, const tracking::Tracked& tracked, bool with_us
   for (const tracking::TrackedFrame& frame : tracked.frames) {
     const slam::FrameReport& r = frame.report;
     for (const slam::Sighting& s : r.initialized) histories[s.landmark] = {s.landmark, {r.t, s.pixel}, {}};
-    for (const slam::Sighting& s : r.matched) histories.at(s.landmark).accepted.push_back({r.t, s.pixel});
+    for (const slam::Sighting& s : r.matched) {
+      const auto seen = histories.find(s.landmark);
+      if (seen != histories.end()) seen->second.accepted.push_back({r.t, s.pixel});
+      if (!run.loaded_map) continue;
+      ++run.loaded_map->matches;
+      run.loaded_map->reused += seen == histories.end() ? 1 : 0;
+    }
     for (std::size_t i = 0; i < score::kSensors.size(); ++i)
       if (const auto nis = slam::nis_of(r.innovations, score::kSensors[i]))
         run.innovations[i].push_back({r.t, nis->value, nis->dof, nis->lagged, nis->lagged_square});
@@ -203,8 +210,8 @@ score::Run score_input(const RunRecord& record) {
   run.plan_waist = record.truth.waist_plan;
   run.camera = true_camera(record.setup.calibration.camera);
   run.surfaces = record.truth.surfaces;
-  if (const auto& movers = record.scenario.scenario.world.movers; !movers.empty())
-    run.movers = [&movers](score::Stamp t) { return physics::surfaces_of(movers, slam::seconds(t)); };
+  if (const auto actors = record.scenario.scenario.world.actors_in_W(); !actors.empty())
+    run.actors = [actors](score::Stamp t) { return physics::surfaces_of(actors, slam::seconds(t)); };
   run.feet = feet(record.truth);
   run.forces = record.truth.forces;
   run.torque_limited = torque_limited(record.truth.feet);
@@ -229,11 +236,16 @@ score::Run score_input(const RunRecord& record) {
   const bool is_filter = uses_filter(record.scenario.scenario);
   run.timeliness = timeliness(record);
   run.health = health(*record.tracked, uses_images(record.scenario.scenario));
+  const auto& frames = record.tracked->frames;
+  if (is_filter && !record.scenario.scenario.slam->map.load.empty()) {
+    run.loaded_map.emplace();
+    run.loaded_map->refused = !frames.empty() && frames.back().report.map == slam::MapUse::refused;
+  }
+  if (record.tracked->saved_map) run.map_bytes = recording::map_bytes(*record.tracked->saved_map).size();
   add_reports(run, *record.tracked, is_filter);
   if (run.landmarks.empty() && !is_filter) run.no_matches = "the estimator reports no matches of landmarks";
   for (const slam::MapPoint& point : record.tracked->map) run.map.push_back({point.id, point.p_W});
   run.failed = record.tracked->failed;
-  const auto& frames = record.tracked->frames;
   if (!frames.empty() && frames.back().report.health == slam::Health::diverged)
     run.diverged = frames.back().report.cause;
   return run;

@@ -1,6 +1,7 @@
 #include <map>
 
 #include "sim/files/csv.h"
+#include "sim/recording/map_file.h"
 #include "sim/result/result.h"
 
 namespace sim::result {
@@ -118,6 +119,7 @@ void write_tracked(const fs::path& folder, const tracking::Tracked& tracked) {
   write_estimate(folder, tracked);
   write_frames(folder, tracked.frames);
   write_maps(folder, tracked);
+  if (tracked.saved_map) files::write_text(folder / "map.bin", recording::map_bytes(*tracked.saved_map));
 }
 
 }  // namespace sim::result

@@ -16,7 +16,7 @@ namespace sim::scenario {
 template <class Item>
 concept ListItem = std::same_as<Item, walking::Command> || std::same_as<Item, sensor_errors::Fault> ||
     std::same_as<Item, physics::Push> || std::same_as<Item, physics::FloorPatch> ||
-    std::same_as<Item, physics::Mover> || std::same_as<Item, rig::Item>;
+    std::same_as<Item, physics::Actor> || std::same_as<Item, rig::Item>;
 
 /// The operations on these lists. read() replaces the list and throws ConfigError at the item or field that
 /// is wrong. print() writes one item per line.

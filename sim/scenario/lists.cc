@@ -25,7 +25,7 @@ constexpr Grammar kGrammar<physics::FloorPatch>{
     "disturbance", "patch: {x_min_m: 1, x_max_m: 2, y_min_m: -1, y_max_m: 1, friction: 0.1}"};
 
 template <>
-constexpr Grammar kGrammar<physics::Mover>{"mover", "person: {path: [[0, 3, 1], [4, 3, -1]]}"};
+constexpr Grammar kGrammar<physics::Actor>{"actor", "person: {path: [[0, 3, 1], [4, 3, -1]]}"};
 template <>
 constexpr Grammar kGrammar<rig::Item>{"sensor", "lidar: {name: lidar0, tilt_deg: 5}"};
 
@@ -215,8 +215,8 @@ template struct ListOperations<physics::Push>;
 template std::string describe<physics::Push>();
 template struct ListOperations<physics::FloorPatch>;
 template std::string describe<physics::FloorPatch>();
-template struct ListOperations<physics::Mover>;
-template std::string describe<physics::Mover>();
+template struct ListOperations<physics::Actor>;
+template std::string describe<physics::Actor>();
 template struct ListOperations<rig::Item>;
 template std::string describe<rig::Item>();
 

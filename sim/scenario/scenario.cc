@@ -299,8 +299,11 @@ class ScenarioReader {
       Yaml placed = value;
       if (value.kind == Yaml::Kind::empty) placed.origin = at.origin;
       key->read(placed, result.scenario);
-      if (path == "world.robot") resolve(at, result.scenario.world.robot);
-      if (path == "world.room") resolve(at, result.scenario.world.room);
+      physics::WorldOptions& world = result.scenario.world;
+      if (path == "world.robot" && world.robot.is_path()) world.robot = resolved(at, world.robot);
+      if (path == "world.room" && world.room.is_path()) world.room = resolved(at, world.room);
+      if (path == "slam.map.load")
+        if (fs::path& map = result.scenario.slam->map.load; !map.empty()) map = resolved(at, map.string());
       if (path != "walk.commands") return;
       result.command_origins.clear();
       for (const Yaml& command : placed.items) result.command_origins.push_back(command.origin);
@@ -316,11 +319,10 @@ class ScenarioReader {
   }
 
   /// A path is relative to the file that names it, or to the working folder.
-  static void resolve(const Yaml& at, physics::NameOrPath& place) {
-    if (!place.is_path()) return;
+  static std::string resolved(const Yaml& at, const std::string& named) {
     const fs::path folder = at.origin.file == kArgument ? fs::path() : fs::path(at.origin.file).parent_path();
-    const fs::path path = fs::absolute(folder / std::string(place)).lexically_normal();
-    place = (path.has_filename() ? path : path.parent_path()).string();
+    const fs::path path = fs::absolute(folder / named).lexically_normal();
+    return (path.has_filename() ? path : path.parent_path()).string();
   }
 
   // In a file, `slam.gyro.enabled: true` or `estimator` creates the section as `slam:` would. An argument

@@ -168,6 +168,7 @@ std::string expected(const Domain& domain, const std::string&) {
 std::string expected(const Domain& domain, const physics::NameOrPath&) {
   return expected(domain, std::string()) + ", or a path with a slash";
 }
+std::string expected(const Domain&, const fs::path&) { return "the path of a file, or ''"; }
 std::string expected(const Domain& domain, const std::vector<std::string>&) {
   return fmt::format("a list of {}", fmt::join(domain.choices, ", "));
 }
@@ -214,6 +215,11 @@ void read(const Yaml& node, std::string_view key, const Domain& domain, physics:
   if (!is_path && !is_name(node)) reject(node, key, expected(domain, value));
   value = node.text;
 }
+void read(const Yaml& node, std::string_view key, const Domain& domain, fs::path& value) {
+  if (!node.is_scalar() || files::one_line(node.text) != node.text)
+    reject(node, key, expected(domain, value));
+  value = node.text;
+}
 void read(const Yaml& node, std::string_view key, const Domain& domain, std::vector<std::string>& value) {
   if (domain.choices.empty()) return void(value = files::read_texts(node, key, "[left_toe, left_heel]"));
   if (!node.is_list() || node.items.empty()) reject(node, key, expected(domain, value));
@@ -244,6 +250,7 @@ std::size_t read_choice(const Yaml& node, std::string_view key, const Domain& do
 }
 
 std::string print(const Domain&, const std::string& value) { return quote_if_needed(value); }
+std::string print(const Domain&, const fs::path& value) { return quote_if_needed(value.string()); }
 std::string print(const Domain&, const std::vector<std::string>& value) {
   return fmt::format("[{}]", fmt::join(value, ", "));
 }

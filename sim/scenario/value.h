@@ -31,6 +31,7 @@ std::string expected(const Domain& domain, const std::uint64_t&);
 std::string expected(const Domain& domain, const bool&);
 std::string expected(const Domain& domain, const std::string&);
 std::string expected(const Domain& domain, const physics::NameOrPath&);
+std::string expected(const Domain& domain, const fs::path&);
 std::string expected(const Domain& domain, const std::vector<std::string>&);
 std::string expected(const Domain& domain, const Eigen::Vector3d&);
 std::string expected(const Domain& domain, const std::vector<Eigen::Vector3d>&);
@@ -42,6 +43,7 @@ void read(const Yaml& node, std::string_view key, const Domain& domain, std::uin
 void read(const Yaml& node, std::string_view key, const Domain& domain, bool& value);
 void read(const Yaml& node, std::string_view key, const Domain& domain, std::string& value);
 void read(const Yaml& node, std::string_view key, const Domain& domain, physics::NameOrPath& value);
+void read(const Yaml& node, std::string_view key, const Domain& domain, fs::path& value);
 void read(const Yaml& node, std::string_view key, const Domain& domain, std::vector<std::string>& value);
 void read(const Yaml& node, std::string_view key, const Domain& domain, Eigen::Vector3d& value);
 void read(const Yaml& node, std::string_view key, const Domain& domain, std::vector<Eigen::Vector3d>& value);
@@ -52,6 +54,7 @@ requires std::is_arithmetic_v<T> std::string print(const Domain&, T value) {
   return fmt::format("{}", value);
 }
 std::string print(const Domain& domain, const std::string& value);
+std::string print(const Domain& domain, const fs::path& value);
 std::string print(const Domain& domain, const std::vector<std::string>& value);
 std::string print(const Domain& domain, const Eigen::Vector3d& value);
 std::string print(const Domain& domain, const std::vector<Eigen::Vector3d>& value);

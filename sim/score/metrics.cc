@@ -292,11 +292,11 @@ Value landmark_rmse(C c) {
   return root_mean_square(distances);
 }
 
-constexpr const char* kNothingMoves = "nothing moves in the room (world.movers)";
+constexpr const char* kNothingMoves = "nothing moves in the room (world.actors)";
 
 Value moving_image(C c) {
   constexpr std::size_t kEvery = 10;  // frames: several a second
-  if (!c.run.movers) return Absent{kNothingMoves};
+  if (!c.run.actors) return Absent{kNothingMoves};
   if (c.truth_camera.empty() || c.run.camera.grid.empty()) return Absent{"the run has no images"};
   Numbers fractions;
   for (std::size_t i = 0; i < c.truth_camera.size(); i += kEvery)
@@ -305,7 +305,7 @@ Value moving_image(C c) {
 }
 
 Value moving_landmarks(C c) {
-  if (!c.run.movers) return Absent{kNothingMoves};
+  if (!c.run.actors) return Absent{kNothingMoves};
   if (c.run.no_matches) return Absent{*c.run.no_matches};
   const auto fraction = moving_landmarks_fraction(c.run);
   return fraction ? Value(*fraction) : Value(Absent{"no landmark was seen"});
@@ -424,7 +424,7 @@ const MetricDefinitions& metric_definitions() {
   static const MetricDefinitions definitions = [] {
     MetricDefinitions all;
     for (const auto group : {estimate_metrics, walk_metrics, loop_metrics, consistency_metrics,
-                             completion_metrics, timeliness_metrics})
+                             completion_metrics, map_metrics, timeliness_metrics})
       for (MetricDefinition& definition : group()) all.push_back(std::move(definition));
     return all;
   }();

@@ -60,6 +60,7 @@ Metrics evaluate(const ScoreContext& context);
 MetricDefinitions walk_metrics();        ///< heights, drift from the plan, navigation and step corrections
 MetricDefinitions loop_metrics();        ///< whether and when the loop was closed, and the errors around it
 MetricDefinitions completion_metrics();  ///< path length, and the fraction of plan and time that was tracked
+MetricDefinitions map_metrics();         ///< localization in a map of an earlier session
 MetricDefinitions timeliness_metrics();  ///< dropped frames, latency and share of the budget
 
 }  // namespace sim::score

@@ -14,23 +14,23 @@ const Eigen::Isometry3d* pose_at(const Run& run, Stamp t) {
   return at != run.truth_camera.end() && at->t == t ? &at->X : nullptr;
 }
 
-/// Returns whether the first surface on a ray belongs to one of these movers.
-bool shows(const std::vector<Surface>& movers, const Run& run, const Eigen::Vector3d& origin,
+/// Returns whether the first surface on a ray belongs to one of these actors.
+bool shows(const std::vector<Surface>& actors, const Run& run, const Eigen::Vector3d& origin,
            const Eigen::Vector3d& direction) {
-  const auto distance = first_hit(movers, origin, direction);
+  const auto distance = first_hit(actors, origin, direction);
   return distance && *distance < first_hit(run.surfaces, origin, direction).value_or(kFar_m);
 }
 
-/// Returns whether the pixel shows a mover; nothing if the true pose is unknown.
-std::optional<bool> shows_mover(const Run& run, const StampedPixel& seen) {
+/// Returns whether the pixel shows an actor; nothing if the true pose is unknown.
+std::optional<bool> shows_actor(const Run& run, const StampedPixel& seen) {
   const Eigen::Isometry3d* const X_WC = pose_at(run, seen.t);
   if (!X_WC) return std::nullopt;
-  return run.movers &&
-         shows(run.movers(seen.t), run, X_WC->translation(), X_WC->linear() * run.camera.bearing(seen.pixel));
+  return run.actors &&
+         shows(run.actors(seen.t), run, X_WC->translation(), X_WC->linear() * run.camera.bearing(seen.pixel));
 }
 
 std::optional<Eigen::Vector3d> surface_point(const Run& run, const StampedPixel& seen) {
-  if (shows_mover(run, seen).value_or(true)) return std::nullopt;
+  if (shows_actor(run, seen).value_or(true)) return std::nullopt;
   const Eigen::Isometry3d& X_WC = *pose_at(run, seen.t);
   const Eigen::Vector3d direction = X_WC.linear() * run.camera.bearing(seen.pixel);
   const auto distance = first_hit(run.surfaces, X_WC.translation(), direction);
@@ -260,9 +260,9 @@ OrAbsent<std::vector<LoopLandmark>> loop_landmarks(const Run& run) {
 }
 
 double moving_fraction(const Run& run, const Eigen::Isometry3d& X_WC, Stamp t) {
-  const std::vector<Surface> movers = run.movers(t);
+  const std::vector<Surface> actors = run.actors(t);
   const auto moving = std::ranges::count_if(run.camera.grid, [&](const Eigen::Vector3d& bearing) {
-    return shows(movers, run, X_WC.translation(), X_WC.linear() * bearing);
+    return shows(actors, run, X_WC.translation(), X_WC.linear() * bearing);
   });
   return double(moving) / double(run.camera.grid.size());
 }
@@ -270,7 +270,7 @@ double moving_fraction(const Run& run, const Eigen::Isometry3d& X_WC, Stamp t) {
 std::optional<double> moving_landmarks_fraction(const Run& run) {
   double known = 0, moving = 0;
   for (const LandmarkHistory& landmark : run.landmarks)
-    if (const auto on_mover = shows_mover(run, landmark.first_seen)) ++known, moving += *on_mover;
+    if (const auto on_actor = shows_actor(run, landmark.first_seen)) ++known, moving += *on_actor;
   return known > 0 ? std::optional(moving / known) : std::nullopt;
 }
 

@@ -118,6 +118,12 @@ struct Timeliness {
   std::size_t dropped = 0;         ///< number of frames
 };
 
+/// The use of a map of an earlier session.
+struct LoadedMap {
+  bool refused = false;                 ///< the estimator started a new map instead
+  std::size_t matches = 0, reused = 0;  ///< number of accepted matches, and of those with its landmarks
+};
+
 /// The commanded path, placed in W at the start.
 struct DesiredPath {
   Trajectory waist;                                       ///< commanded X_WB at the stamps of the true waist
@@ -146,11 +152,13 @@ struct Run {
   std::vector<FrameUse> use;             ///< for each answer; empty if the estimator does not report it
   std::vector<TimedHealth> health;       ///< after every observation; not tracking after a divergence
   std::optional<Timeliness> timeliness;  ///< absent without a time model
+  std::optional<LoadedMap> loaded_map = {};
+  std::optional<std::size_t> map_bytes = {};  ///< size of the saved map
   std::vector<LandmarkHistory> landmarks;
   std::vector<MappedPoint> map;  ///< final map
   std::vector<Surface> surfaces;
   /// Returns the surfaces of people and doors that move, at a time; absent without any.
-  std::function<std::vector<Surface>(Stamp t)> movers = {};
+  std::function<std::vector<Surface>(Stamp t)> actors = {};
   TrueCamera camera;
   std::optional<Stamp> plan_end;
   std::optional<std::string> no_scale = {};    ///< why the estimate's scale is unknown, if so
@@ -181,16 +189,16 @@ inline constexpr std::size_t kLandmarksOfLoop = 3;
 
 /// Returns the landmarks that were found again after the camera had been elsewhere, the earliest first, or
 /// why the walk has no loop. A landmark's surface point is the first point of the room on the ray through its
-/// first pixel; a landmark on a mover has none. The camera was elsewhere if this point was out of the true
+/// first pixel; a landmark on an actor has none. The camera was elsewhere if this point was out of the true
 /// camera's field of view for at least 5 s without interruption and, at some moment of that time, so was
 /// every other point seen in the last image before it. (As long as part of that image stays in view, the map
 /// in view connects the two places.) The landmark was found again if, after that, a match within 3 px of the
 /// point's true projection was accepted. Occlusion does not matter.
 OrAbsent<std::vector<LoopLandmark>> loop_landmarks(const Run& run);
 
-/// Returns the fraction of the camera's grid that shows movers from X_WC at a time. The run must have movers.
+/// Returns the fraction of the camera's grid that shows actors from X_WC at a time. The run must have actors.
 double moving_fraction(const Run& run, const Eigen::Isometry3d& X_WC, Stamp t);
-/// Returns the fraction of the landmarks whose first pixel shows a mover; nothing without landmarks.
+/// Returns the fraction of the landmarks whose first pixel shows an actor; nothing without landmarks.
 std::optional<double> moving_landmarks_fraction(const Run& run);
 
 /// Returns, for each of the map's landmarks with a history, the distance (m) to its surface point if it has

@@ -5,6 +5,9 @@
 #include <iterator>
 #include <new>
 
+#include "sim/recording/map_file.h"
+#include "sim/sensor_errors/random.h"
+
 namespace sim::tracking {
 namespace {
 
@@ -39,6 +42,31 @@ void merge_until(slam::Stamp until, slam::Stamp since, auto& missed, auto& given
                                            [&](const auto& reading) { return end(reading) <= until; });
   given.assign(missed.begin(), later);
   missed.erase(missed.begin(), later);
+}
+
+// Errors of a start that is told in the frame of a loaded map: uniform along x and y and in heading.
+constexpr double kKnown_m = 0.05, kKnown_rad = 0.05, kRough_m = 0.5, kRough_rad = 0.35;
+
+/// Returns W, which is under the start, in the map's frame as the estimator is told.
+Eigen::Isometry3d told_start(const scenario::Scenario& scenario) {
+  physics::WorldOptions::Start start = scenario.world.start;
+  if (scenario.slam->map.load.empty()) return start.X_RW();
+  if (scenario.slam->map.start == slam::MapStart::unknown) return Eigen::Isometry3d::Identity();
+  const bool known = scenario.slam->map.start == slam::MapStart::known;
+  sensor_errors::Random random(scenario.seed, "start in the map");
+  for (double* const value : {&start.x_m, &start.y_m, &start.yaw_rad}) {
+    const double m = known ? kKnown_m : kRough_m, rad = known ? kKnown_rad : kRough_rad;
+    *value += (value == &start.yaw_rad ? rad : m) * (2 * random.uniform() - 1);
+  }
+  return start.X_RW();
+}
+
+void move(const Eigen::Isometry3d& X, estimators::PoseEstimate& pose) {
+  pose.X_WC = X * pose.X_WC;
+  if (!pose.covariance) return;
+  slam::Matrix6d J = slam::Matrix6d::Identity();
+  J.bottomRightCorner<3, 3>() = X.linear();
+  pose.covariance = J * *pose.covariance * J.transpose();
 }
 
 }  // namespace
@@ -86,7 +114,13 @@ Tracking::Tracking(const scenario::Scenario& scenario, const slam::Calibration& 
   sensor_errors::state_errors(scenario.errors, start.chest_imu);
   if (auto* lens = std::get_if<slam::OneParameterRadial>(&start.calibration.camera.lens))
     lens->k1_px2 *= 1 + scenario.errors.calibration_distortion_fraction;
+  const fs::path& map = scenario.slam->map.load;
+  if (!map.empty() || !scenario.world.start.is_default()) {
+    frames_ = {scenario.world.start.X_RW().inverse(), told_start(scenario)};
+    start.X_WC = frames_->told * X_WC_start;
+  }
   if (scenario.slam->plan_velocity.enabled && scenario.estimator != kOdometry) odometry_input_.start = start;
+  if (!map.empty()) start.map = recording::read_map(map, start.calibration.camera);
   try {
     estimator_ = estimators::make_estimator(scenario.estimator, start);
   } catch (const estimators::EstimatorFailed& failure) {
@@ -97,6 +131,8 @@ Tracking::Tracking(const scenario::Scenario& scenario, const slam::Calibration& 
 
 void Tracking::process(slam::Observation ideal) {
   clock_.now = std::max(clock_.now, ideal.t);
+  if (frames_ && ideal.plan) ideal.plan->X_PC = frames_->told * ideal.plan->X_PC;
+  if (frames_ && ideal.legs) ideal.legs->X_OC = frames_->told * ideal.legs->X_OC;
   std::erase_if(ideal.rig, [this](const slam::RigReading& reading) { return !uses(reading.sensor); });
   for (const slam::Observation& arrived : errors_.process(std::move(ideal))) step(arrived);
 }
@@ -152,9 +188,22 @@ void Tracking::ask(const slam::Observation& arrived, slam::Stamp arrival) {
   clock_.free = std::max(clock_.free, arrival) + took;
   given_ = std::max(given_, arrived.t);
   external_cpu_ms_ += answer.external_cpu_ms;
+  refused_map_ = answer.report.map == slam::MapUse::refused;
+  if (frames_ && answer.estimate) move(X_WM(), *answer.estimate);
   tracked_.frames.push_back({answer.estimate, std::move(answer.report), took, clock_.free});
   auto& maps = tracked_.maps;
-  if (maps.empty() || arrived.t - maps.back().t >= kMapEvery) maps.push_back({arrived.t, estimator_->map()});
+  if (maps.empty() || arrived.t - maps.back().t >= kMapEvery) maps.push_back({arrived.t, map()});
+}
+
+std::vector<slam::MapPoint> Tracking::map() const {
+  if (!estimator_) return {};
+  std::vector<slam::MapPoint> points = estimator_->map();
+  for (slam::MapPoint& point : points) {
+    if (!frames_) break;
+    point.p_W = X_WM() * point.p_W;
+    point.covariance = X_WM().linear() * point.covariance * X_WM().linear().transpose();
+  }
+  return points;
 }
 
 void Tracking::drop(const slam::Observation& arrived) {
@@ -206,8 +255,11 @@ Tracked Tracking::finish() {
     tracked_.log = failure.log;
     if (!failed()) tracked_.failed = failure.what();
   }
-  tracked_.map = estimator_->map();
+  tracked_.map = map();
+  tracked_.saved_map = estimator_->saved_map();
   tracked_.smoothed = estimator_->smoothed();
+  for (estimators::PoseEstimate& pose : tracked_.smoothed)
+    if (frames_) move(X_WM(), pose);
   return std::move(tracked_);
 }
 
@@ -218,7 +270,9 @@ std::vector<estimators::PoseEstimate> Tracking::odometry() const {
   for (const slam::Observation& observation : odometry_input_.arrived) {
     const estimators::Answer answer = odometry->step(observation);
     if (answer.report.health == slam::Health::diverged) return {};
-    if (poses.empty() || answer.estimate->t > poses.back().t) poses.push_back(*answer.estimate);
+    if (!poses.empty() && answer.estimate->t <= poses.back().t) continue;
+    poses.push_back(*answer.estimate);
+    if (frames_) move(frames_->told.inverse(), poses.back());
   }
   return poses;
 }

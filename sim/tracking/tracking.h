@@ -40,6 +40,7 @@ struct Tracked {
   /// odometry, lacks plan and legs, or diverged.
   std::vector<estimators::PoseEstimate> odometry = {};
   std::vector<estimators::PoseEstimate> smoothed = {};  ///< see estimators::Estimator
+  std::optional<slam::SavedMap> saved_map = {};         ///< see estimators::Estimator
 
   /// Returns why the estimate did not reach the end: it diverged, it was still lost, or the estimator failed.
   std::optional<scenario::Ended> failure() const;
@@ -90,9 +91,7 @@ class Tracking {
   /// Returns the number of landmarks after the last observation.
   int landmarks() const { return newest() ? newest()->report.landmarks : 0; }
   /// The map after the last observation.
-  std::vector<slam::MapPoint> map() const {
-    return estimator_ ? estimator_->map() : std::vector<slam::MapPoint>();
-  }
+  std::vector<slam::MapPoint> map() const;
   /// Processes observations that are still delayed, ends the estimator and returns the result.
   Tracked finish();
 
@@ -108,6 +107,15 @@ class Tracking {
   bool is_imu(const slam::RigReading& reading) const;
   std::vector<estimators::PoseEstimate> odometry() const;
 
+  /// Returns the frame of the estimator's answers in W. A map that it refused does not matter.
+  Eigen::Isometry3d X_WM() const { return refused_map_ ? frames_->told.inverse() : frames_->X_WR; }
+
+  struct Frames {
+    Eigen::Isometry3d X_WR;  ///< the room, which is the frame of maps
+    Eigen::Isometry3d told;  ///< W in the frame of the map, as the estimator is told
+  };
+  std::optional<Frames> frames_;  ///< absent if W is the room's frame, and there is no loaded map
+  bool refused_map_ = false;
   std::vector<rig::RigSensor> rig_;
   sensor_errors::SensorErrors errors_;
   scenario::EstimatorTime time_;

@@ -92,6 +92,7 @@ struct Landmark {
   Eigen::Vector3d p_WC_inflated =
       Eigen::Vector3d::Zero();      ///< camera position when its covariance was last inflated for the view, m
   int attempts = 0, successes = 0;  ///< searches for it, and accepted matches
+  int last_session = 1;             ///< number of the session that last found it
   int misses = 0;                   ///< number of failed searches from one view since its last accepted match
   Eigen::Vector3d p_WC_missed = Eigen::Vector3d::Zero();  ///< camera position at the first of them, m
   Stamp last_search{0};                                   ///< time of its last search or its initialization

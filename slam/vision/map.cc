@@ -31,6 +31,16 @@ constexpr Stamp kAway{10'000'000'000};  // time between two visits to a place
 // et al. 2008. Landmarks in view would lose accuracy, and points halve the cost of an update.
 constexpr double kOutOfView = 2;
 
+/// Adds an error of the direction, as seen from r, to a landmark's covariance.
+void inflate(const Landmark& landmark, double sigma_rad, const Eigen::Vector3d& r, Kalman& kalman) {
+  const double variance = sigma_rad * sigma_rad;
+  const double distance = (position(landmark.kind, landmark.parameters(kalman.state())) - r).norm();
+  if (std::holds_alternative<Point>(landmark.kind))
+    kalman.inflate(landmark.at, variance * distance * distance * Eigen::Matrix3d::Identity());
+  else  // azimuth and elevation of the ray
+    kalman.inflate(landmark.at + 3, variance * Eigen::Vector3d(1, 1, 0).asDiagonal().toDenseMatrix());
+}
+
 bool is_line(const Landmark& landmark) { return std::holds_alternative<SemiInfiniteLine>(landmark.kind); }
 
 double inverse_depth_sigma(const State& state, const Landmark& landmark) {
@@ -101,7 +111,7 @@ std::vector<MapPoint> Map::points(const State& state) const {
 }
 
 void Map::add(Landmark landmark) {
-  landmark.id = next_id_++;
+  landmark.id = next_id_++, landmark.last_session = session_;
   landmarks_.push_back(std::move(landmark));
 }
 
@@ -168,6 +178,43 @@ bool Map::initialize_known(const cv::Mat& image, Stamp t, Kalman& kalman) {
   return all_seen;
 }
 
+void Map::load(const SavedMap& map, Kalman& kalman) {
+  session_ = map.sessions + 1;
+  Eigen::VectorXd null_yaw = Eigen::VectorXd::Zero(map.x.size());
+  for (const Landmark& l : map.landmarks) {
+    null_yaw.segment<3>(l.at) = Eigen::Vector3d::UnitZ().cross(map.x.segment<3>(l.at));
+    if (std::holds_alternative<InverseDepth>(l.kind)) null_yaw(l.at + 3) = 1;
+  }
+  const int first = kalman.append_map(map.x, map.P, null_yaw);
+  const double angle = options_.vision.match_bias_sigma_px / camera_.intrinsics().fu_px;
+  for (const Landmark& saved : map.landmarks) {
+    Landmark& landmark = landmarks_.emplace_back(saved);
+    landmark.at += first;
+    landmark.initialized = landmark.last_visible = landmark.last_search = kEarlierSession;
+    next_id_ = std::max(next_id_, landmark.id + 1);
+    inflate(landmark, angle, landmark.X_WC_first.translation(), kalman);
+  }
+}
+
+SavedMap Map::saved(const State& state) const {
+  SavedMap map{session_, camera_.intrinsics(), {}, {}, {}};
+  std::vector<int> indices;
+  for (const Landmark& landmark : landmarks_) {
+    if (is_line(landmark)) continue;
+    map.landmarks.push_back(landmark);
+    map.landmarks.back().at = static_cast<int>(indices.size());
+    for (int i = 0; i < landmark.size(); ++i) indices.push_back(landmark.at + i);
+  }
+  map.x = state.storage_x(indices);
+  map.P = state.P()(indices, indices);
+  return map;
+}
+
+void Map::clear(Kalman& kalman) {
+  while (!landmarks_.empty()) erase(landmarks_.size() - 1, kalman);
+  session_ = 1;
+}
+
 void Map::record_search(std::size_t index, bool success, bool counts, Stamp t, const State& state) {
   Landmark& landmark = landmarks_[index];
   const bool again = landmark.is_set_aside(state);
@@ -177,7 +224,7 @@ void Map::record_search(std::size_t index, bool success, bool counts, Stamp t, c
     landmark.p_WC_missed = state.position();
   }
   if (!success) ++landmark.misses;
-  if (success) ++landmark.successes;
+  if (success) ++landmark.successes, landmark.last_session = session_;
   if (counts && (success || !again)) ++landmark.attempts;
 }
 
@@ -190,10 +237,7 @@ void Map::inflate_for_view_change(std::size_t index, Kalman& kalman) {
   landmark.p_WC_inflated = state.position();
   if (visits_ > 2 && kalman.considers(landmark.at)) return;
   const double angle = options_.vision.viewpoint_sigma_px / camera_.intrinsics().fu_px * std::sqrt(change);
-  if (std::holds_alternative<Point>(landmark.kind))
-    kalman.inflate(landmark.at, angle * angle * distance * distance * Eigen::Matrix3d::Identity());
-  else  // azimuth and elevation of the ray
-    kalman.inflate(landmark.at + 3, angle * angle * Eigen::Vector3d(1, 1, 0).asDiagonal().toDenseMatrix());
+  inflate(landmark, angle, state.position(), kalman);
 }
 
 void Map::consider_known(Stamp t, Kalman& kalman) {

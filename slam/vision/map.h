@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <random>
 
-#include "slam/vision/landmark.h"
+#include "slam/saved_map.h"
 
 namespace slam {
 
@@ -40,6 +40,13 @@ class Map {
                                  std::vector<int>& deleted);
   /// Initializes the known landmarks in the first image. Returns false if one of them is not seen.
   bool initialize_known(const cv::Mat& image, Stamp t, Kalman& kalman);
+  /// Adds the landmarks of earlier sessions to an empty map, inflated for the match errors of this session,
+  /// which are those of its views again.
+  void load(const SavedMap& map, Kalman& kalman);
+  /// Returns the points and inverse depths. Lines, whose depth is unknown, are left out.
+  SavedMap saved(const State& state) const;
+  /// Deletes all landmarks; later ones are the first of a new map.
+  void clear(Kalman& kalman);
   /// Records that a landmark is predicted to be visible at t.
   void record_visible(std::size_t index, Stamp t) { landmarks_[index].last_visible = t; }
   /// Records one search for a landmark, and whether its match was accepted. Failures do not count against it
@@ -104,7 +111,7 @@ class Map {
   std::vector<Place> places_;
   int visits_ = 0;              // to the present place
   std::vector<Pruned> pruned_;  // young landmarks deleted recently
-  int next_id_ = 0;
+  int next_id_ = 0, session_ = 1;
   std::mt19937_64 random_;
   bool known_initialized_ = false;
   std::vector<Eigen::Vector2d> occupied_;  // work space, kept so that initialize takes no heap memory

@@ -61,11 +61,6 @@ bool is_better(const Hypothesis& a, const Hypothesis& b) {
          std::pair(b.inliers.size(), -b.squared_residuals);
 }
 
-bool is_same(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
-  return (a.translation() - b.translation()).norm() < kSamePlace_m &&
-         Eigen::AngleAxisd(a.linear().transpose() * b.linear()).angle() < kSameHeading_rad;
-}
-
 /// The landmarks of known depth that have been found reliably.
 std::vector<const Landmark*> reliable_landmarks(const std::vector<Landmark>& landmarks, const State& state) {
   std::vector<const Landmark*> all;
@@ -275,7 +270,13 @@ Estimate refine(Eigen::Isometry3d X_WC, const std::vector<Detection>& detections
   return {Stamp(0), X_WC, covariance};
 }
 
-/// True if two poses are the same within their uncertainties.
+}  // namespace
+
+bool is_same_view(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
+  return (a.translation() - b.translation()).norm() < kSamePlace_m &&
+         Eigen::AngleAxisd(a.linear().transpose() * b.linear()).angle() < kSameHeading_rad;
+}
+
 bool agree(const Estimate& found, const Estimate& predicted) {
   Vector6d difference;
   const Eigen::AngleAxisd turn(predicted.X_WC.linear().transpose() * found.X_WC.linear());
@@ -284,10 +285,8 @@ bool agree(const Estimate& found, const Estimate& predicted) {
   return squared >= 0 && squared < kLargestDifference * kLargestDifference;
 }
 
-}  // namespace
-
-bool RelocalizationConfirmer::confirms(const Estimate& found, const Estimate& predicted, bool plan_is_known) {
-  if (agree(found, predicted)) return true;
+bool RelocalizationConfirmer::moves_alike(const Estimate& found, const Estimate& predicted,
+                                          bool plan_is_known) {
   if (!first_ || seconds(found.t - first_->found.t) > kLongestConfirmation_s) first_ = {found, predicted};
   if (seconds(found.t - first_->found.t) < kConfirmation_s) return false;
   const Eigen::Isometry3d a = first_->found.X_WC.inverse() * found.X_WC,
@@ -339,8 +338,8 @@ std::vector<Hypothesis> hypotheses(const std::vector<Detection>& detections, con
           continue;
         Hypothesis found = hypothesis(X, detections, camera);
         if (found.inliers.size() < kLeastHypothesis) continue;
-        auto other =
-            std::find_if(best.begin(), best.end(), [&](const auto& kept) { return is_same(X, kept.X_WC); });
+        auto other = std::find_if(best.begin(), best.end(),
+                                  [&](const auto& kept) { return is_same_view(X, kept.X_WC); });
         if (other == best.end() && best.size() < kMostHypotheses) {
           best.push_back(std::move(found));
           continue;
@@ -405,7 +404,8 @@ std::optional<Estimate> relocalize(const cv::Mat& image, const std::vector<Landm
                                      [](const auto& a, const auto& b) { return a.found < b.found; });
   if (best == poses.end() || best->found < kLeastRecognized || best->share < kLeastShare) return std::nullopt;
   for (const Verified& other : poses) {
-    if (kLead * other.share > best->share && !is_same(other.pose.X_WC, best->pose.X_WC)) return std::nullopt;
+    if (kLead * other.share > best->share && !is_same_view(other.pose.X_WC, best->pose.X_WC))
+      return std::nullopt;
   }
   return best->pose;
 }

@@ -30,15 +30,21 @@ std::vector<Eigen::Isometry3d> poses_from_two(const BearingObservation& first,
 std::optional<Estimate> relocalize(const cv::Mat& image, const std::vector<Landmark>& landmarks,
                                    const State& state, double turn, const Camera& camera, double sigma_px);
 
+/// True if two poses are the same within their uncertainties.
+bool agree(const Estimate& found, const Estimate& predicted);
+
+/// True if two cameras see the same from about the same place: poses further apart contradict each other.
+bool is_same_view(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b);
+
 /// The headings to search, one per image: all around, starting with the most likely one.
 class Headings {
  public:
+  static constexpr int kCount = 8;
   double next();
   /// Begins with the turn of a pose that was found.
   void begin_with(double turn) { first_ = turn, searched_ = 0; }
 
  private:
-  static constexpr int kCount = 8;
   static constexpr double kStep = 2 * std::numbers::pi / kCount;  // half of a camera's field of view
   double first_ = 0;
   int searched_ = 0;
@@ -52,7 +58,11 @@ class RelocalizationConfirmer {
   /// uncertainties, or if the poses found over the last second or two have moved as predicted. The two
   /// motions may differ by up to half of the larger, because gyro or plan may have caused the loss. Without a
   /// plan, only rotations are compared.
-  bool confirms(const Estimate& found, const Estimate& predicted, bool plan_is_known);
+  bool confirms(const Estimate& found, const Estimate& predicted, bool plan_is_known) {
+    return agree(found, predicted) || moves_alike(found, predicted, plan_is_known);
+  }
+  /// Does the same, but only for the motion.
+  bool moves_alike(const Estimate& found, const Estimate& predicted, bool plan_is_known);
   void clear() { *this = {}; }
 
  private:

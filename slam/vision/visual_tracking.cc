@@ -1,6 +1,7 @@
 #include "slam/vision/visual_tracking.h"
 
 #include <cmath>
+#include <numbers>
 
 namespace slam {
 namespace {
@@ -10,6 +11,19 @@ constexpr double kLargestTurn_rad = 0.05;   // 1σ; beyond it an update is too f
 constexpr double kLargestShift_m = 0.1;     // 1σ; beyond it, a match near a prediction may be wrong
 // Time before matching fails during which landmarks may be initialized wrongly.
 constexpr double kDoubtful_s = 0.2;
+
+// Standard deviations of a told start in a loaded map; poses within five of them agree with it.
+constexpr double kKnownTurn_rad = 0.03, kKnownShift_m = 0.03;
+constexpr double kRoughTurn_rad = 0.2, kRoughShift_m = 0.3;
+constexpr double kMapTurn_rad = 0.02, kMapShift_m = 0.05;  // added to the first pose in a loaded map
+constexpr double kLongestSearch_s = 20, kLargestSearch_rad = 60 * std::numbers::pi / 180;
+
+/// The covariance of a pose with these standard deviations of orientation and position.
+Matrix6d diagonal(double turn_rad, double shift_m) {
+  Vector6d sigma;
+  sigma << Eigen::Vector3d::Constant(turn_rad), Eigen::Vector3d::Constant(shift_m);
+  return sigma.cwiseAbs2().asDiagonal();
+}
 
 // The paper's standard deviation of the height, to judge the height with.
 constexpr double kRoughHeight_m = 0.03;
@@ -49,9 +63,15 @@ VisualTracking::VisualTracking(const Options& options, const Camera& camera, std
       vision_(options.vision, options.bounds, camera),
       map_(options, camera, seed) {}
 
+void VisualTracking::start_from(const SavedMap& map, MapStart start, Kalman& kalman) {
+  map_.load(map, kalman);
+  loaded_ = {MapUse::searching, start, Stamp(0), {}};
+}
+
 VisualResult VisualTracking::step(const VisualInput& in) {
   result_ = {};
   if (!enabled_) return result_;
+  if (map_use() == MapUse::searching) refuse_if_not_recognized(in);
   if (in.image.empty()) {
     blind(in, "no image arrives");
     return result_;
@@ -76,6 +96,7 @@ void VisualTracking::track(const VisualInput& in) {
   result_.good_image = !(seconds(in.interval) > kLongestInterval_s);
   const bool was_lost = in.tracking.health() == Health::lost, was_blind = in.tracking.is_blind();
   if (!result_.good_image) blind(in, "no frame arrives");
+  if (map_use() == MapUse::searching) return relocalize(in);
   const Estimate pose = pose_estimate(in.kalman.state(), in.t);
   if (in.tracking.health() == Health::lost && !knows_turn(pose)) {
     if (was_lost) relocalize(in);  // a loss is reported at least once
@@ -181,11 +202,53 @@ void VisualTracking::relocalize(const VisualInput& in) {
   found->t = in.t;
   const Eigen::Matrix3d turn = found->X_WC.linear() * predicted.X_WC.linear().transpose();
   headings_.begin_with(std::atan2(turn(1, 0), turn(0, 0)));
-  if (!confirmer_.confirms(*found, predicted, in.has_plan)) return;
+  if (map_use() != MapUse::searching) {
+    if (!confirmer_.confirms(*found, predicted, in.has_plan)) return;
+  } else if (confirms(in, *found, predicted)) {
+    // The pose shares its error with the map, which the next updates show only to an uncertain pose.
+    found->covariance += diagonal(kMapTurn_rad, kMapShift_m);
+    loaded_.use = MapUse::found;
+  } else {
+    return;
+  }
   in.kalman.reset_robot(relocalized_state(*found, in.kalman.state()));
   vision_.biases().clear(in.kalman);
   recovered(in);
   in.report.relocalized = true;
+}
+
+/// Returns whether a pose in a loaded map is accepted. A told start must agree with it; without one, it must
+/// move as predicted for a second, and no other pose may show as much of the map.
+bool VisualTracking::confirms(const VisualInput& in, const Estimate& found, const Estimate& predicted) {
+  if (loaded_.start == MapStart::unknown)
+    return confirmer_.moves_alike(found, predicted, in.has_plan) && !is_ambiguous(in, found);
+  Estimate told = predicted;
+  told.covariance += loaded_.start == MapStart::known ? diagonal(kKnownTurn_rad, kKnownShift_m)
+                                                      : diagonal(kRoughTurn_rad, kRoughShift_m);
+  return agree(found, told);
+}
+
+bool VisualTracking::is_ambiguous(const VisualInput& in, const Estimate& found) const {
+  Headings all;
+  for (int k = 0; k < Headings::kCount; ++k) {
+    const auto other =
+        slam::relocalize(in.image, map_.landmarks(), in.kalman.state(), all.next(), camera_, sigma_px_);
+    if (other && !is_same_view(other->X_WC, found.X_WC)) return true;
+  }
+  return false;
+}
+
+/// Starts a new map if the loaded one was not recognized within a time, or while the camera has turned.
+void VisualTracking::refuse_if_not_recognized(const VisualInput& in) {
+  const Eigen::Matrix3d R = in.kalman.state().X_WC().linear();
+  if (!loaded_.R_first) loaded_.R_first = R;
+  loaded_.searched += in.interval;
+  if (seconds(loaded_.searched) < kLongestSearch_s &&
+      Eigen::AngleAxisd(loaded_.R_first->transpose() * R).angle() < kLargestSearch_rad)
+    return;
+  map_.clear(in.kalman);
+  loaded_.use = MapUse::refused;
+  recovered(in);
 }
 
 void VisualTracking::recovered(const VisualInput& in) {

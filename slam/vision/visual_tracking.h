@@ -39,11 +39,15 @@ class VisualTracking {
   const CameraIntrinsics& intrinsics() const { return camera_.intrinsics(); }
   std::vector<MapPoint> map(const State& state) const { return map_.points(state); }
   const std::vector<Landmark>& landmarks() const { return map_.landmarks(); }
+  MapUse map_use() const { return loaded_.use; }
+  SavedMap saved_map(const State& state) const { return map_.saved(state); }
+  /// Loads a map, whose landmarks are searched for in the whole image until a pose is accepted. See MapStart.
+  void start_from(const SavedMap& map, MapStart start, Kalman& kalman);
   /// Predicts the match biases over the frame interval that ends at t. In a known place, the map is
   /// considered.
   void predict(Stamp t, double dt_s, Kalman& kalman) {
     vision_.biases().predict(dt_s, kalman);
-    map_.consider_known(t, kalman);
+    if (map_use() != MapUse::searching) map_.consider_known(t, kalman);
   }
   /// Measures the landmarks in the image, updates the state and manages the map; relocalizes a lost filter.
   /// Reports to `tracking` whether landmarks were seen. Does nothing if vision is disabled.
@@ -58,6 +62,9 @@ class VisualTracking {
   InitializationCount manage_map(const VisualInput& input, const VisionResult& vision, bool may_initialize);
   void report_initialized(std::size_t first, FrameReport& report);
   void relocalize(const VisualInput& input);
+  bool confirms(const VisualInput& input, const Estimate& found, const Estimate& predicted);
+  bool is_ambiguous(const VisualInput& input, const Estimate& found) const;
+  void refuse_if_not_recognized(const VisualInput& input);
   void recovered(const VisualInput& input);
 
   bool enabled_;
@@ -66,6 +73,12 @@ class VisualTracking {
   ImageCheck image_check_;
   Vision vision_;
   Map map_;
+  struct {
+    MapUse use = MapUse::none;
+    MapStart start = MapStart::known;
+    Stamp searched{0};                       // for how long
+    std::optional<Eigen::Matrix3d> R_first;  // orientation in the first image
+  } loaded_;
   RelocalizationConfirmer confirmer_;
   Headings headings_;
   VisualResult result_;

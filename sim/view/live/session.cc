@@ -17,7 +17,7 @@
 #include "sim/files/json.h"
 #include "sim/live/run.h"
 #include "sim/live/setup.h"
-#include "sim/physics/furniture.h"
+#include "sim/physics/arrangement.h"
 #include "sim/physics/nominal_body.h"
 #include "sim/physics/robot.h"
 #include "sim/recording/image_file.h"
@@ -77,8 +77,8 @@ void require_joints(Eigen::Index count, const mjModel& model) {
 
 physics::Model in_room(const scenario::Scenario& scenario, const fs::path& models) {
   physics::Model model = load_model(scenario::read_robot(scenario), scenario.world.room, models, Shapes::all,
-                                    scenario.world.movers);
-  change_room(*model, scenario.world, scenario.walk);
+                                    scenario.world.actors_in_W());
+  arrange(*model, scenario.world, scenario.walk);
   return model;
 }
 

@@ -253,7 +253,7 @@ TEST(Lidar, IntensityIsTheProductOfPaintAndPictureGray) {
 }
 
 // A person walks 1 m towards a robot that stands.
-TEST(Movers, AreSeenWhereTheyAreAtTheTimeByCameraDepthCameraAndLidar) {
+TEST(Actors, AreSeenWhereTheyAreAtTheTimeByCameraDepthCameraAndLidar) {
   const Model model =
       load_model(robot_file(), "floor", models(), Shapes::all, {Person{{{0, 3, 0}, {1, 2, 0}}}});
   const Data data = data_at_rest(*model);

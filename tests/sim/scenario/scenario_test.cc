@@ -230,6 +230,17 @@ TEST_F(Base, SetsOnlyWhatTheScenarioDoesNotSetItself) {
   EXPECT_EQ(whole.find("base"), whole.npos);
 }
 
+TEST_F(Base, TheMapOfAnEarlierSessionIsRelativeToTheFileThatNamesIt) {
+  file("bases/b.yaml", kAll + "slam.map.load: ../first/map.bin\n");
+  const ReadScenario read = read_scenario(file("c.yaml", "base: bases/b.yaml\n"));
+  EXPECT_EQ(read.scenario.slam->map.load, path("first/map.bin"));
+  EXPECT_EQ(read_scenario_text(to_yaml(read.scenario), "again.yaml").scenario.slam->map.load,
+            path("first/map.bin"));
+  EXPECT_EQ(read_scenario(path("c.yaml"), {{"slam.map.load=''"}, {}}).scenario.slam->map.load, "");
+  EXPECT_THAT(complaint_about(path("c.yaml"), {{"slam.map.load=[a, b]"}, {}}),
+              testing::HasSubstr("slam.map.load: is a list, expected the path of a file"));
+}
+
 TEST_F(Base, MayHaveItsOwnBaseRelativeToItselfAndTheLastValueOfAKeyCounts) {
   file("a.yaml", kAll + "walk.step_length_m: 0.1\nwalk.preview_s: 2\nlimits.rmse_m.at_most: 1\n");
   file("bases/b.yaml", "base: ../a.yaml\nwalk: {step_length_m: 0.2}\n");

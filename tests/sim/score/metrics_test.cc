@@ -245,7 +245,7 @@ TEST_F(Evaluate, LandmarksAreComparedWithTheWallsOnWhichTheyWereSeen) {
 }
 
 // From 21 s on, a room of 6 x 6 m moves into the view and hides the walls.
-TEST_F(Evaluate, MoversHaveAShareOfTheImagesAndOfTheLandmarksWhichThenHaveNoPoint) {
+TEST_F(Evaluate, ActorsHaveAShareOfTheImagesAndOfTheLandmarksWhichThenHaveNoPoint) {
   const TimedPose &before = run.truth_camera[21], &after = run.truth_camera[220];
   run.landmarks = {
       {1, {before.t, {100, 120}}, {}}, {2, {after.t, {100, 120}}, {}}, {3, {Stamp(7), {100, 120}}, {}}};
@@ -253,13 +253,13 @@ TEST_F(Evaluate, MoversHaveAShareOfTheImagesAndOfTheLandmarksWhichThenHaveNoPoin
   EXPECT_GT(value("landmark_rmse_m"), 10);
   for (const char* name : {"moving_image_fraction", "moving_landmarks_fraction"})
     EXPECT_THAT(reason(name), HasSubstr("nothing moves"));
-  run.movers = [](Stamp t) {
+  run.actors = [](Stamp t) {
     const Surface around{Surface::Kind::box, upright(0, 0, 1.4), {3, 3, 1}};
     return t < milliseconds(21000) ? std::vector<Surface>{} : std::vector{around};
   };
   EXPECT_EQ(value("moving_image_fraction"), 21.0 / 40) << "of every tenth frame";
   EXPECT_EQ(value("moving_landmarks_fraction"), 0.5) << "3 was first seen at an unknown pose";
-  EXPECT_LT(value("landmark_rmse_m"), 5) << "2 is on a mover";
+  EXPECT_LT(value("landmark_rmse_m"), 5) << "2 is on an actor";
 }
 
 TEST_F(Evaluate, AnErrorAtAnEarlyEndStatesTheTime) {

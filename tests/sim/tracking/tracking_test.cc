@@ -46,8 +46,8 @@ TEST(Tracking, ImageFreeOdometryRunsBesideEveryOtherEstimator) {
   }
 }
 
-/// The landmarks that the filter initializes in an image of random blocks.
-std::vector<slam::MapPoint> first_landmarks(const std::string& override) {
+/// The result of the filter on an image of random blocks.
+Tracked first_image(const std::vector<std::string>& overrides) {
   slam::Observation o;
   o.image.create(240, 320, CV_8UC1);
   std::uint32_t random = 1;
@@ -57,9 +57,12 @@ std::vector<slam::MapPoint> first_landmarks(const std::string& override) {
       o.image(cv::Rect(column, row, 8, 8)).setTo(random >> 24);
     }
   slam::Calibration calibration;
-  Tracking tracking(scenario({override}), calibration, Eigen::Isometry3d::Identity());
+  Tracking tracking(scenario(overrides), calibration, Eigen::Isometry3d::Identity());
   tracking.process(o);
-  return tracking.finish().map;
+  return tracking.finish();
+}
+std::vector<slam::MapPoint> first_landmarks(const std::string& override) {
+  return first_image({override}).map;
 }
 
 TEST(Tracking, AWrongLensShiftsTheLandmarks) {
@@ -71,6 +74,29 @@ TEST(Tracking, AWrongLensShiftsTheLandmarks) {
   for (std::size_t i = 0; i < right.size(); ++i)
     widest = std::max(widest, (right[i].p_W.normalized() - wrong[i].p_W.normalized()).norm());
   EXPECT_GT(widest, 0.01);  // rad
+}
+
+TEST(Tracking, AStartInTheRoomIsTheFrameOfTheSavedMapAndAnswersAreInW) {
+  const Tracked here = first_image({}),
+                there = first_image({"world.start={x_m: 2, y_m: -1, yaw_deg: 90}", "slam.map.save=true"});
+  ASSERT_TRUE(!here.saved_map && there.saved_map && !here.map.empty());
+  ASSERT_EQ(here.map.size(), there.map.size());
+  for (std::size_t i = 0; i < here.map.size(); ++i) {
+    EXPECT_TRUE(here.map[i].p_W.isApprox(there.map[i].p_W, 1e-9));
+    EXPECT_TRUE(here.map[i].covariance.isApprox(there.map[i].covariance, 1e-6));
+  }
+  const slam::SavedMap& map = *there.saved_map;
+  EXPECT_TRUE(map.landmarks[0].X_WC_first.translation().isApprox(Eigen::Vector3d(2, -1, 0)));
+  EXPECT_TRUE(there.estimates()[0].X_WC.isApprox(here.estimates()[0].X_WC, 1e-9));
+  EXPECT_TRUE(there.estimates()[0].covariance->isApprox(*here.estimates()[0].covariance, 1e-6));
+  const auto other = track("plan_alone", {observation(0, 0.3)}).estimates()[0].X_WC;
+  Tracking plan(scenario({"estimator=plan_alone", "world.start.x_m=5"}), {}, Eigen::Isometry3d::Identity());
+  plan.process(observation(0, 0.3));
+  EXPECT_TRUE(plan.answers()[0].estimate->X_WC.isApprox(other, 1e-9));
+}
+
+TEST(Tracking, AMapThatIsMissingIsAnErrorBeforeTheFirstObservation) {
+  EXPECT_THROW(first_image({"slam.map.load=nowhere/map.bin"}), files::FileError);
 }
 
 TEST(Tracking, AScenarioCanNameEveryBuiltInEstimatorAndNoOthers) {

@@ -15,12 +15,13 @@
 
 namespace sim::physics {
 
-/// No part of a mover is faster, m/s.
-inline constexpr double kFastestMover_m_s = 5;
+/// No part of an actor is faster, m/s.
+inline constexpr double kFastestActor_m_s = 5;
 
 struct Person {
   static constexpr const char* kName = "person";
-  std::vector<Eigen::Vector3d> path;  ///< times (s) and places (m in W), at constant speed between them
+  std::vector<Eigen::Vector3d>
+      path;  ///< times (s) and places (m in the room), at constant speed between them
   bool repeats = false;
 
   static void keys(auto&& key) {
@@ -49,8 +50,8 @@ struct Door {
   double opens_s = 0, closes_s = 1e6;
 
   static void keys(auto&& key) {
-    number<&Door::x_m>(key, -1e4, 1e4, "x of the hinge in the world");
-    number<&Door::y_m>(key, -1e4, 1e4, "y of the hinge in the world");
+    number<&Door::x_m>(key, -1e4, 1e4, "x of the hinge in the room");
+    number<&Door::y_m>(key, -1e4, 1e4, "y of the hinge in the room");
     number<&Door::width_m>(key, 0.1, 1.5, "width of the door");
     degrees<&Door::closed_rad>(key, -360, 360, "direction from the hinge along the closed door");
     degrees<&Door::opening_rad>(key, -180, 180, "angle by which it opens in 2 s; positive: left");
@@ -66,7 +67,18 @@ struct Door {
   static constexpr double kSwing_s = 2;
 };
 
-using Mover = std::variant<Person, Door>;
+using Actor = std::variant<Person, Door>;
+
+/// Moves an actor by X, which turns by yaw_rad about the vertical.
+inline void place(Actor& actor, const Eigen::Isometry3d& X, double yaw_rad) {
+  const auto moved = [&](double x, double y) { return Eigen::Vector3d(X * Eigen::Vector3d(x, y, 0)); };
+  if (auto* door = std::get_if<Door>(&actor)) {
+    const Eigen::Vector3d hinge = moved(door->x_m, door->y_m);
+    door->x_m = hinge.x(), door->y_m = hinge.y(), door->closed_rad += yaw_rad;
+  } else {
+    for (Eigen::Vector3d& at : std::get<Person>(actor).path) at.tail<2>() = moved(at[1], at[2]).head<2>();
+  }
+}
 
 /// A motion as numbers: its period (s; 0: it ends), then t (s), x, y (m) and yaw (rad) of each pose. The
 /// motion is linear between poses.
@@ -104,11 +116,11 @@ inline Script script_of(const Door& door) {
   return script;
 }
 
-inline Script script_of(const Mover& mover) {
-  return std::visit([](const auto& one) { return script_of(one); }, mover);
+inline Script script_of(const Actor& actor) {
+  return std::visit([](const auto& one) { return script_of(one); }, actor);
 }
 
-/// Returns the pose of a mover on the floor, X_WM. Before the first and after the last pose it stands still.
+/// Returns the pose of an actor on the floor, X_WM. Before the first and after the last pose it stands still.
 inline Eigen::Isometry3d pose_at(std::span<const double> script, double t_s) {
   const double period = script[0];
   const std::span<const double> poses = script.subspan(1);
@@ -124,13 +136,13 @@ inline Eigen::Isometry3d pose_at(std::span<const double> script, double t_s) {
          Eigen::Isometry3d(Eigen::AngleAxisd(at(3), Eigen::Vector3d::UnitZ()));
 }
 
-/// The shapes of a mover in its own axes: ahead, left, up.
-inline std::vector<score::Surface> shapes_of(const Mover& mover) {
+/// The shapes of an actor in its own axes: ahead, left, up.
+inline std::vector<score::Surface> shapes_of(const Actor& actor) {
   using Kind = score::Surface::Kind;
   const auto at = [](double x, double y, double z) {
     return Eigen::Isometry3d(Eigen::Translation3d(x, y, z));
   };
-  if (const auto* door = std::get_if<Door>(&mover))
+  if (const auto* door = std::get_if<Door>(&actor))
     return {{Kind::box, at(door->width_m / 2, 0, 1.01), {door->width_m / 2, 0.02, 1}}};
   std::vector<score::Surface> body{{Kind::sphere, at(0, 0, 1.63), {0.12, 0, 0}},            // head
                                    {Kind::ellipsoid, at(0, 0, 1.17), {0.14, 0.22, 0.36}}};  // trunk
@@ -142,12 +154,12 @@ inline std::vector<score::Surface> shapes_of(const Mover& mover) {
   return body;
 }
 
-/// Returns the shapes of movers in W at a time.
-inline std::vector<score::Surface> surfaces_of(const std::vector<Mover>& movers, double t_s) {
+/// Returns the shapes of actors in W at a time.
+inline std::vector<score::Surface> surfaces_of(const std::vector<Actor>& actors, double t_s) {
   std::vector<score::Surface> all;
-  for (const Mover& mover : movers)
-    for (score::Surface shape : shapes_of(mover)) {
-      shape.X_WS = pose_at(script_of(mover), t_s) * shape.X_WS;
+  for (const Actor& actor : actors)
+    for (score::Surface shape : shapes_of(actor)) {
+      shape.X_WS = pose_at(script_of(actor), t_s) * shape.X_WS;
       all.push_back(shape);
     }
   return all;

@@ -1,4 +1,4 @@
-#include "sim/physics/furniture.h"
+#include "sim/physics/arrangement.h"
 
 #include "sim/physics/clearance.h"
 #include "tests/sim/physics/test_worlds.h"
@@ -7,6 +7,46 @@ namespace sim::physics {
 namespace {
 
 using Eigen::Vector3d, testing::Each, testing::Ge, testing::Le;
+
+/// The poses of all geoms in W, and the directions of the lights.
+struct Shown {
+  explicit Shown(const mjModel& m) {
+    const Data data(mj_makeData(&m));
+    mj_kinematics(&m, data.get());
+    mj_comPos(&m, data.get());
+    mj_camlight(&m, data.get());
+    for (int geom = 0; geom < m.ngeom; ++geom) geoms.push_back(geom_pose(*data, geom));
+    for (int i = 0; i < m.nlight; ++i) lights.emplace_back(data->light_xdir + 3 * i);
+  }
+  std::vector<Eigen::Isometry3d> geoms;
+  std::vector<Eigen::Vector3d> lights;
+};
+
+bool is_robot(const mjModel& m, int geom) { return m.body_weldid[m.geom_bodyid[geom]] != 0; }
+
+Model arranged(const WorldOptions& world) {
+  Model model = load_model(robot_file(), "office", models());
+  arrange(*model, world, {});
+  return model;
+}
+
+TEST(Arrangement, AStartInTheRoomMovesTheRoomAndItsLightButNotTheRobot) {
+  WorldOptions world;
+  const Model before = arranged(world);
+  world.start = {1, -2, 0.7};
+  const Model after = arranged(world);
+  const Shown a(*before), b(*after);
+  for (int geom = 0; geom < before->ngeom; ++geom) {
+    const auto i = std::size_t(geom);
+    const Eigen::Isometry3d expected =
+        is_robot(*before, geom) ? a.geoms[i] : world.start.X_RW().inverse() * a.geoms[i];
+    EXPECT_TRUE(b.geoms[i].isApprox(expected, 1e-9)) << name_of(*before, mjOBJ_GEOM, geom);
+  }
+  ASSERT_FALSE(a.lights.empty());
+  for (std::size_t i = 0; i < a.lights.size(); ++i)
+    EXPECT_TRUE(b.lights[i].isApprox(world.start.X_RW().linear().transpose() * a.lights[i], 1e-9));
+  EXPECT_EQ(before->light_diffuse[0], after->light_diffuse[0]);
+}
 
 walking::WalkOptions ahead(double m) {
   walking::WalkOptions walk;
@@ -31,9 +71,9 @@ std::map<std::string, double> distances(const mjModel& m, const std::string& roo
   return all;
 }
 
-TEST(ChangeRoom, MovesFurnitureThatStandsFreelyWithinTheLargestDistance) {
+TEST(Arrangement, MovesFurnitureThatStandsFreelyWithinTheLargestDistance) {
   const Model office = load_model(robot_file(), "office", models());
-  const int moved = change_room(*office, moved_by(0.4), ahead(1));
+  const int moved = arrange(*office, moved_by(0.4), ahead(1));
   const std::map<std::string, double> found = distances(*office);
   EXPECT_EQ(moved, std::ranges::count_if(found, [](const auto& each) { return each.second > 0; }));
   EXPECT_GE(moved, 15);
@@ -43,10 +83,10 @@ TEST(ChangeRoom, MovesFurnitureThatStandsFreelyWithinTheLargestDistance) {
     EXPECT_EQ(found.at(fixed), 0) << fixed;
 }
 
-TEST(ChangeRoom, DependsOnItsSeedAlone) {
+TEST(Arrangement, DependsOnItsSeedAlone) {
   const auto of_seed = [](std::uint64_t seed) {
     const Model office = load_model(robot_file(), "office", models());
-    change_room(*office, moved_by(0.4, seed), ahead(1));
+    arrange(*office, moved_by(0.4, seed), ahead(1));
     return distances(*office);
   };
   const auto first = of_seed(1);
@@ -55,7 +95,7 @@ TEST(ChangeRoom, DependsOnItsSeedAlone) {
 }
 
 // The boxes around shapes are exact for these, so that the gap between them is the true one.
-TEST(ChangeRoom, KeepsTheCorridorOfThePathFreeAndPutsNothingIntoAnotherPiece) {
+TEST(Arrangement, KeepsTheCorridorOfThePathFreeAndPutsNothingIntoAnotherPiece) {
   const std::string room = R"(<worldbody>
     <geom name="floor" type="plane" size="9 9 1"/>
     <body name="beside" pos="1 1 .5"><geom type="box" size=".1 .1 .5"/></body>
@@ -69,7 +109,7 @@ TEST(ChangeRoom, KeepsTheCorridorOfThePathFreeAndPutsNothingIntoAnotherPiece) {
   std::vector<double> corridor, gaps, beyond, moves;
   for (std::uint64_t seed = 1; seed <= 30; ++seed) {
     const Model m = load_model(robot_file(), folder / "room.xml", models());
-    EXPECT_GE(change_room(*m, moved_by(1, seed, 0), ahead(3)), 2);
+    EXPECT_GE(arrange(*m, moved_by(1, seed, 0), ahead(3)), 2);
     const auto at = [&](const char* name) { return Vector3d(m->body_pos + 3 * part(*m, mjOBJ_BODY, name)); };
     moves.push_back((at("beside") - Vector3d(1, 1, 0.5)).norm());
     corridor.push_back(std::abs(at("beside").y()) - 0.1);
@@ -84,12 +124,12 @@ TEST(ChangeRoom, KeepsTheCorridorOfThePathFreeAndPutsNothingIntoAnotherPiece) {
   EXPECT_GT(*std::ranges::max_element(moves), 0.7);
 }
 
-TEST(ChangeRoom, TurnsTheLamps) {
+TEST(Arrangement, TurnsTheLamps) {
   const Model before = load_model(robot_file(), "office", models()),
               office = load_model(robot_file(), "office", models());
   WorldOptions world;
   world.light.turn_rad = std::numbers::pi / 2;
-  EXPECT_EQ(change_room(*office, world, {}), 0);
+  EXPECT_EQ(arrange(*office, world, {}), 0);
   ASSERT_GT(office->nlight, 0);
   for (int i = 0; i < office->nlight; ++i) {
     const Vector3d was(before->light_dir + 3 * i), now(office->light_dir + 3 * i);

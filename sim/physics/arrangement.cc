@@ -1,4 +1,4 @@
-#include "sim/physics/furniture.h"
+#include "sim/physics/arrangement.h"
 
 #include <mujoco/mujoco.h>
 
@@ -21,11 +21,13 @@ constexpr double kTouch_m =
 constexpr double kFeet_m = 0.1;  // some models lack casters
 constexpr int kDraws = 20;
 
-/// Returns the path of the commands at the walk's support phases.
-std::vector<Vector2d> path_of(const walking::WalkOptions& walk) {
-  std::vector<Vector2d> path{Vector2d::Zero()};
-  for (const walking::Phase& phase : walking::Timeline({}, walk, {}, Vector2d::Zero()).phases())
-    path.push_back(walking::center_of(phase.to).position);
+/// Returns the path of the commands at the walk's support phases, in the room's frame.
+std::vector<Vector2d> path_of(const walking::WalkOptions& walk, const Isometry3d& X_RW) {
+  std::vector<Vector2d> path{X_RW.translation().head<2>()};
+  for (const walking::Phase& phase : walking::Timeline({}, walk, {}, Vector2d::Zero()).phases()) {
+    const Vector2d p_W = walking::center_of(phase.to).position;
+    path.push_back((X_RW * Vector3d(p_W.x(), p_W.y(), 0)).head<2>());
+  }
   return path;
 }
 
@@ -41,7 +43,7 @@ void set_pose(mjModel& m, int body, const Isometry3d& X) {
 
 class Room {
  public:
-  Room(mjModel& m, const walking::WalkOptions& walk) : m_(m), data_(mj_makeData(&m)), path_(path_of(walk)) {
+  Room(mjModel& m, std::vector<Vector2d> path) : m_(m), data_(mj_makeData(&m)), path_(std::move(path)) {
     mj_kinematics(&m_, data_.get());
     for (int geom = 0; geom < m_.ngeom; ++geom)
       if (m_.body_weldid[m_.geom_bodyid[geom]] == 0) boxes_.push_back({geom, box(geom)});
@@ -141,22 +143,53 @@ class Room {
   std::vector<Box> boxes_;  // around all shapes of the room
 };
 
-}  // namespace
+/// Moves the pose in MuJoCo's arrays from the left.
+void move(const Isometry3d& X, mjtNum* position, mjtNum* quaternion) {
+  const Isometry3d moved = X * turned_pose_in(position, quaternion);
+  const Eigen::Quaterniond q(moved.linear());
+  Eigen::Map<Vector3d>(position, 3) = moved.translation();
+  Eigen::Map<Eigen::Vector4d>(quaternion, 4) << q.w(), q.vec();
+}
 
-int change_room(mjModel& m, const WorldOptions& world, const walking::WalkOptions& walk) {
+void move_room(mjModel& m, const Isometry3d& X) {
+  for (int body = 1; body < m.nbody; ++body)
+    if (m.body_parentid[body] == 0 && m.body_weldid[body] == 0 && m.body_mocapid[body] < 0)
+      move(X, m.body_pos + 3 * body, m.body_quat + 4 * body);
+  for (int geom = 0; geom < m.ngeom; ++geom) {
+    if (m.geom_bodyid[geom] != 0) continue;
+    move(X, m.geom_pos + 3 * geom, m.geom_quat + 4 * geom);
+    m.geom_sameframe[geom] = 0;
+  }
+}
+
+void turn_lamps(mjModel& m, double angle) {
   const Data data(mj_makeData(&m));
   mj_kinematics(&m, data.get());
   for (int light = 0; light < m.nlight; ++light) {
     const int body = m.light_bodyid[light];
     const Eigen::Matrix3d R_WB = pose_in(data->xpos + 3 * body, data->xmat + 9 * body).linear();
     Eigen::Map<Vector3d> along_B(m.light_dir + 3 * light);
-    along_B =
-        R_WB.transpose() * (Eigen::AngleAxisd(world.light.turn_rad, Vector3d::UnitZ()) * (R_WB * along_B));
+    along_B = R_WB.transpose() * (Eigen::AngleAxisd(angle, Vector3d::UnitZ()) * (R_WB * along_B));
   }
-  if (world.moved.largest_m == 0 && world.moved.largest_rad == 0) return 0;
-  Room room(m, walk);
+}
+
+}  // namespace
+
+int arrange(mjModel& m, const WorldOptions& world, const walking::WalkOptions& walk) {
+  const WorldOptions::Start& start = world.start;
   int moved = 0;
-  for (const int body : room.pieces()) moved += room.move(body, world.moved);
+  if (world.moved.seed != 0) {
+    Room room(m, path_of(walk, start.X_RW()));
+    for (const int body : room.pieces()) moved += room.move(body, world.moved);
+  }
+  if (world.light.turn_rad != 0) turn_lamps(m, world.light.turn_rad);
+  if (start.is_default()) return moved;
+  move_room(m, start.X_RW().inverse());
+  for (int light = 0; light < m.nlight; ++light)  // lamps of the room's bodies have moved with them
+    if (m.light_bodyid[light] == 0) {
+      Eigen::Map<Vector3d> along(m.light_dir + 3 * light);
+      along = Eigen::AngleAxisd(-start.yaw_rad, Vector3d::UnitZ()) * Vector3d(along);
+    }
   return moved;
 }
 
