@@ -11,6 +11,12 @@ constexpr double kOtherCarries = 1.1;  // ratio of the loads; feet that share th
 constexpr double kSettling_s = 0.1;    // time constant of a landed sole until it lies flat
 // Fraction of the total load: loads computed from joint torques can be this large for a swinging leg.
 constexpr double kCarries = 0.2;
+// A landing foot slides while it already carries load, and a foot that lifts off may drag. A point of contact
+// that moves this much faster than the waist's velocity allows counts half.
+constexpr double kSliding_m_s = 0.05;
+// If every loaded foot slides faster than this, the waist keeps its velocity for at most kCoasting_s, in
+// which a walk changes it by less.
+constexpr double kAllSlide_m_s = 0.2, kCoasting_s = 0.06;
 // Time constant with which the accelerometer corrects the tilt. It spans many strides, since the
 // accelerometer also feels the sway.
 constexpr double kLeveling_s = 20;
@@ -97,21 +103,23 @@ Eigen::Isometry3d LegOdometry::X_BS(Side side, const JointVector& q) const {
 }
 
 // The gyro measures the turn of the waist, and the legs measure the motion of each point of contact relative
-// to it. The mean of these points, weighted by the loads, stays at rest. Heights add up from foot to foot.
-LegOdometry::Motion LegOdometry::turned(const JointVector& q, const Eigen::Vector3d& gyro,
-                                        double dt_s) const {
+// to it. The mean of these points, weighted by the loads and horizontally also by how little they slide,
+// stays at rest. Heights add up from foot to foot.
+std::pair<LegOdometry::Motion, bool> LegOdometry::turned(const JointVector& q, const Eigen::Vector3d& gyro,
+                                                         double dt_s) const {
   const Eigen::Vector3d turn_G = dt_s * gyro;
   Motion now{X_OB_, Eigen::Vector3d::Zero()};
   now.X_OB.linear() = X_OB_.linear() * imu_in_base(robot_, last_.q) *
                       Eigen::AngleAxisd(turn_G.norm(), turn_G.stableNormalized()).toRotationMatrix() *
                       imu_in_base(robot_, q).transpose();
   const double all = std::max(0.0, last_.left.force.z()) + std::max(0.0, last_.right.force.z());
-  Eigen::Vector3d moved = Eigen::Vector3d::Zero(), places = moved;
-  double weights = 0;
+  const Eigen::Vector3d coasting = dt_s * velocity_;
+  Eigen::Array3d moved = Eigen::Array3d::Zero(), places = moved, weights = moved;
+  bool coasts = coasted_s_ < kCoasting_s;
   for (const Side side : {Side::right, Side::left}) {
     const Wrench& wrench = side == Side::left ? last_.left : last_.right;
-    const double load = wrench.force.z(), weight = load - kCarries * all;
-    if (!(weight > 0)) continue;
+    const double load = wrench.force.z(), carried = load - kCarries * all;
+    if (!(carried > 0)) continue;
     const Leg& leg = robot_.leg(side);
     Eigen::Vector3d point = Eigen::Vector3d::Zero();
     point.head<2>() = Eigen::Vector2d(-wrench.torque.y() / load, wrench.torque.x() / load)
@@ -119,14 +127,20 @@ LegOdometry::Motion LegOdometry::turned(const JointVector& q, const Eigen::Vecto
                           .cwiseMin(leg.sole_max);
     const Eigen::Vector3d before = X_OB_.linear() * (X_BS(side, last_.q) * point);
     const Eigen::Vector3d after = now.X_OB.linear() * (X_BS(side, q) * point);
-    moved += weight * (before - after);
-    places += weight * after;
+    const double slid = (before - after - coasting).head<2>().norm();
+    coasts &= slid > kAllSlide_m_s * dt_s;
+    const double ratio = dt_s > 0 ? slid / (kSliding_m_s * dt_s) : 0, still = carried / (1 + ratio * ratio);
+    const Eigen::Array3d weight(still, still, carried);
+    moved += weight * (before - after).array();
+    places += weight * after.array();
     weights += weight;
   }
-  if (!(weights > 0)) return now;  // both feet in the air
-  now.X_OB.translation() += moved / weights;
-  now.p_OS = now.X_OB.translation() + places / weights;
-  return now;
+  const bool any = weights.z() > 0;  // otherwise both feet are in the air
+  if (any) moved /= weights;
+  if (coasts) moved.head<2>() = coasting.head<2>();
+  now.X_OB.translation() += moved.matrix();
+  if (any) now.p_OS = now.X_OB.translation() + (places / weights).matrix();
+  return {now, coasts};
 }
 
 void LegOdometry::follow_points(const SensorReadings& readings) {
@@ -134,7 +148,10 @@ void LegOdometry::follow_points(const SensorReadings& readings) {
     X_OB_ = X_OB_start_;
     started_ = true;
   } else {
-    const Motion now = turned(readings.q, readings.gyro, kPeriod);
+    const auto [now, coasts] = turned(readings.q, readings.gyro, kPeriod);
+    velocity_ = (now.X_OB.translation() - X_OB_.translation()) / kPeriod;
+    velocity_.z() = 0;
+    coasted_s_ = coasts ? coasted_s_ + kPeriod : 0;
     X_OB_ = now.X_OB;
     if (floor_ == Floor::level) X_OB_.translation().z() -= settling() * now.p_OS.z();
     const Eigen::Vector3d up =
@@ -182,10 +199,11 @@ void LegOdometry::move_to(const FootPose& waist, const JointVector& q) {
   const Eigen::Isometry3d X = sole(waist) * sole(on_floor(motion(q).X_OB)).inverse();
   X_OB_ = X * X_OB_;
   X_OS_ = X * X_OS_;
+  velocity_ = X.linear() * velocity_;
 }
 
 LegOdometry::Motion LegOdometry::motion(const JointVector& q, double dt_s) const {
-  if (by_points_) return turned(q, last_.gyro, dt_s);
+  if (by_points_) return turned(q, last_.gyro, dt_s).first;
   return {X_OS_ * X_BS(carrying_, q).inverse(), X_OS_.translation()};
 }
 
