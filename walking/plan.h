@@ -14,10 +14,10 @@
 
 namespace walking {
 
-/// Source of the pose that corrects the footsteps: none (plan), the true pose (the best case), or the
-/// estimate.
-enum class SteeredBy { plan, truth, estimate };
-inline constexpr std::array<std::string_view, 3> kSteeredBy{"plan", "truth", "estimate"};
+/// Source of the pose that corrects the footsteps: none (plan), the true pose (the best case), the estimate,
+/// or leg odometry, whose heading is by the gyro.
+enum class SteeredBy { plan, truth, estimate, legs };
+inline constexpr std::array<std::string_view, 4> kSteeredBy{"plan", "truth", "estimate", "legs"};
 
 enum class OnLost { go_on, stop };
 inline constexpr std::array<std::string_view, 2> kOnLost{"go_on", "stop"};
@@ -44,8 +44,9 @@ struct SteeringOptions {
   }
 
   static void keys(auto&& key) {
-    choice<&SteeringOptions::by>(
-        key, kSteeredBy, "what corrects the footsteps: plan (nothing), truth (the true pose) or estimate");
+    choice<&SteeringOptions::by>(key, kSteeredBy,
+                                 "what corrects the footsteps: plan (nothing), truth (the true pose), "
+                                 "estimate or legs (leg odometry)");
     number<&SteeringOptions::latency_s>(
         key, 0, 10,
         "age of the newest estimate that may correct a footstep; with estimator.time, this is added to its "

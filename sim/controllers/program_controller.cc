@@ -46,7 +46,9 @@ ProgramController::ProgramController(ProgramStart start)
     commands_.gains->kp[i] = motor.kp, commands_.gains->kd[i] = motor.kd;
   }
   if (ready_.words.plans == 1) {
-    if (start_.commands.steering.by != walking::SteeredBy::plan)
+    walking::SteeredBy& by = start_.commands.steering.by;
+    if (by == walking::SteeredBy::legs) by = walking::SteeredBy::plan;  // a robot's default
+    if (by != walking::SteeredBy::plan)
       throw std::invalid_argument(
           fmt::format("walk.steering.by: the walking controller {} plans its own steps, expected plan",
                       start_.choice.name));
