@@ -35,11 +35,12 @@ struct SteeringOptions {
   double tolerance_m = 0, tolerance_rad = 0;
   int final_steps = 8;
 
-  /// Returns these options with the tolerance that a walk can reach, if none was set.
-  SteeringOptions with_tolerance(bool stands) const {
+  /// Returns these options with a tolerance that the walk can reach, if none was set; the default is for a
+  /// plan.
+  SteeringOptions with_tolerance(double m = 0.006, double rad = 0.5 * std::numbers::pi / 180) const {
     SteeringOptions set = *this;
-    if (set.tolerance_m == 0) set.tolerance_m = stands ? 0.006 : 0.08;
-    if (set.tolerance_rad == 0) set.tolerance_rad = (stands ? 0.5 : 8) * std::numbers::pi / 180;
+    if (set.tolerance_m == 0) set.tolerance_m = m;
+    if (set.tolerance_rad == 0) set.tolerance_rad = rad;
     return set;
   }
 
@@ -63,12 +64,12 @@ struct SteeringOptions {
     number<&SteeringOptions::lost_s>(key, 0, 1e6, "time without an estimate after which it counts as lost");
     number<&SteeringOptions::tolerance_m>(key, 0, 10,
                                           "distance from the end of the path within which no steps are "
-                                          "added; 0: 0.006, or 0.08 for a controller "
-                                          "that marches on the spot");
+                                          "added; 0: 0.006, or half a step at the largest "
+                                          "speed of a walking controller");
     degrees<&SteeringOptions::tolerance_rad>(
         key, 0, 180,
-        "heading error at the end of the path within which no steps are added; 0: 0.5, or 8 for a controller "
-        "that marches on the spot");
+        "heading error at the end of the path within which no steps are added; 0: 0.5, or half a step at the "
+        "largest turn rate of a walking controller");
     number<&SteeringOptions::final_steps>(
         key, 0, 1000, "maximum number of steps added at the end of the path to reach the tolerance");
   }

@@ -28,7 +28,7 @@ PlaceEstimate place_by_legs(const Eigen::Isometry3d& X_OB, const Reference& plan
 }
 
 Steering::Steering(const SteeringOptions& options, const PatternGenerator& plan)
-    : options_(options.with_tolerance(true)) {
+    : options_(options.with_tolerance()) {
   for (std::size_t step = 0; step < plan.steps(); ++step) desired_.push_back(plan.landing(step));
 }
 

@@ -98,7 +98,7 @@ TEST(Steering, EndsWithinTheToleranceOfItsGoalAlthoughThePlanDrifts) {
     const double t = std::min(t_s, 10.0);
     return FootPose{{0.004 * t, 0.005 * t}, 0.2 * kDegree * t};
   };
-  const SteeringOptions options = eager().with_tolerance(true);
+  const SteeringOptions options = eager().with_tolerance();
   const SteeredWalk steered(options, drift);
   const FootPose end = steered.end_in_world(drift), goal{{1.5 + kRobot.sole_ahead, 0}, 0};
   EXPECT_LT((end.position - goal.position).norm(), options.tolerance_m + 1e-9);

@@ -25,8 +25,8 @@ constexpr std::size_t kFinalists = 3;
 constexpr std::uint64_t kPlant = 101, kLastPlant = 103,
                         kLastStart = 112;  // apart from the seeds of ordinary runs
 constexpr double kFirstStep = 0.15;
-constexpr double kWorthwhile =
-    0.8;  // the search ends if a generation does not lower the cost to this fraction
+// The search ends if walks cost no more than this: a tenth of their paths in slip and errors of their ends.
+constexpr double kGoodWalk = 1;
 
 /// The searched values and where they are in a gait.
 struct Axis {
@@ -253,12 +253,14 @@ void search_gait(const fs::path& model, const std::string& model_written, const 
 
   try_gaits(first);
   trials::CmaEs cma_es(point_of(all[0].gait), kFirstStep, search.population, search.seed);
-  for (int generation = 0; generation < search.generations; ++generation) {
-    const Rating best = all[0].rating;
+  const auto is_good = [&] {
+    const Rating& best = all[0].rating;
+    return best.arrived == best.walks && best.cost <= kGoodWalk * best.walks;
+  };
+  for (int generation = 0; generation < search.generations && !is_good(); ++generation) {
     std::vector<Gait> gaits;
     for (const Point& point : cma_es.ask()) gaits.push_back(gait_at(point));
     cma_es.tell(try_gaits(gaits));
-    if (best.arrived == best.walks && all[0].rating.cost > kWorthwhile * best.cost) break;
   }
   all.resize(kFinalists);
   const auto found = [&]() -> Rated& {

@@ -9,12 +9,12 @@
 namespace cli {
 
 struct GaitSearch {
-  int generations = 9, population = 6;
+  int generations = 6, population = 6;
   std::uint64_t seed = 1;  ///< of the search
 };
 
 /// Searches from the guessed gait and a few that often work, on one plant and with rigid arms, until a
-/// generation brings nothing better than a gait that arrives everywhere. The best three are then walked on
+/// gait arrives everywhere without much slip. The best three are then walked on
 /// two other plants, until one arrives everywhere. A gait is better if it completes more of the short walks
 /// within 15 degrees and 10 % of their paths; then if torques are at their limits for less time, if walks end
 /// closer to their commands, and if soles slip less. The same seed gives the same file on the same machine.
