@@ -14,10 +14,10 @@
 
 namespace walking {
 
-/// Source of the pose that corrects the footsteps: none (plan), the true pose (the best case), or the
-/// estimate.
-enum class SteeredBy { plan, truth, estimate };
-inline constexpr std::array<std::string_view, 3> kSteeredBy{"plan", "truth", "estimate"};
+/// Source of the pose that corrects the footsteps: none (plan), the true pose (the best case), the estimate,
+/// or leg odometry, whose heading is by the gyro.
+enum class SteeredBy { plan, truth, estimate, legs };
+inline constexpr std::array<std::string_view, 4> kSteeredBy{"plan", "truth", "estimate", "legs"};
 
 enum class OnLost { go_on, stop };
 inline constexpr std::array<std::string_view, 2> kOnLost{"go_on", "stop"};
@@ -35,17 +35,19 @@ struct SteeringOptions {
   double tolerance_m = 0, tolerance_rad = 0;
   int final_steps = 8;
 
-  /// Returns these options with the tolerance that a walk can reach, if none was set.
-  SteeringOptions with_tolerance(bool stands) const {
+  /// Returns these options with a tolerance that the walk can reach, if none was set; the default is for a
+  /// plan.
+  SteeringOptions with_tolerance(double m = 0.006, double rad = 0.5 * std::numbers::pi / 180) const {
     SteeringOptions set = *this;
-    if (set.tolerance_m == 0) set.tolerance_m = stands ? 0.006 : 0.08;
-    if (set.tolerance_rad == 0) set.tolerance_rad = (stands ? 0.5 : 8) * std::numbers::pi / 180;
+    if (set.tolerance_m == 0) set.tolerance_m = m;
+    if (set.tolerance_rad == 0) set.tolerance_rad = rad;
     return set;
   }
 
   static void keys(auto&& key) {
-    choice<&SteeringOptions::by>(
-        key, kSteeredBy, "what corrects the footsteps: plan (nothing), truth (the true pose) or estimate");
+    choice<&SteeringOptions::by>(key, kSteeredBy,
+                                 "what corrects the footsteps: plan (nothing), truth (the true pose), "
+                                 "estimate or legs (leg odometry)");
     number<&SteeringOptions::latency_s>(
         key, 0, 10,
         "age of the newest estimate that may correct a footstep; with estimator.time, this is added to its "
@@ -62,12 +64,12 @@ struct SteeringOptions {
     number<&SteeringOptions::lost_s>(key, 0, 1e6, "time without an estimate after which it counts as lost");
     number<&SteeringOptions::tolerance_m>(key, 0, 10,
                                           "distance from the end of the path within which no steps are "
-                                          "added; 0: 0.006, or 0.08 for a controller "
-                                          "that marches on the spot");
+                                          "added; 0: 0.006, or half a step at the largest "
+                                          "speed of a walking controller");
     degrees<&SteeringOptions::tolerance_rad>(
         key, 0, 180,
-        "heading error at the end of the path within which no steps are added; 0: 0.5, or 8 for a controller "
-        "that marches on the spot");
+        "heading error at the end of the path within which no steps are added; 0: 0.5, or half a step at the "
+        "largest turn rate of a walking controller");
     number<&SteeringOptions::final_steps>(
         key, 0, 1000, "maximum number of steps added at the end of the path to reach the tolerance");
   }

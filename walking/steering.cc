@@ -11,8 +11,24 @@ constexpr std::size_t kSettlingTicks = 160;
 
 }  // namespace
 
+PlaceEstimate place_by_legs(const Eigen::Isometry3d& X_OB, const Reference& planned, bool has_plan) {
+  Eigen::Isometry3d X_PB = planned.X_PB;
+  Eigen::Vector3d p_BF = Eigen::Vector3d::Zero();
+  if (has_plan) {
+    const Eigen::Vector3d left = planned.X_PL.translation(), right = planned.X_PR.translation();
+    p_BF = X_PB.inverse() * (planned.support == Support::left    ? left
+                             : planned.support == Support::right ? right
+                                                                 : Eigen::Vector3d((left + right) / 2));
+  }
+  X_PB.translation().head<2>() -= planned.frame_shift;
+  const auto place = [&](const Eigen::Isometry3d& X) {
+    return FootPose{(X * p_BF).head<2>(), on_floor(X).yaw};
+  };
+  return {planned.t_s, place(X_PB), place(X_OB)};
+}
+
 Steering::Steering(const SteeringOptions& options, const PatternGenerator& plan)
-    : options_(options.with_tolerance(true)) {
+    : options_(options.with_tolerance()) {
   for (std::size_t step = 0; step < plan.steps(); ++step) desired_.push_back(plan.landing(step));
 }
 

@@ -14,6 +14,10 @@ struct PlaceEstimate {
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
 };
 
+/// Returns the place by leg odometry at the time of `planned`. X_OB: the base, in the odometry's world.
+/// Without a plan, the base itself is the place.
+PlaceEstimate place_by_legs(const Eigen::Isometry3d& X_OB, const Reference& planned, bool has_plan);
+
 /// The correction of one footstep.
 struct StepCorrection {
   std::size_t step = 0;

@@ -9,6 +9,9 @@ using programs::copy, programs::isometry_of;
 using std::chrono::nanoseconds;
 
 constexpr std::array kAhead_s{0.25, 0.5, 1.0, 2.0};
+// Half a step of public policies, whose two steps take 0.64 to 1 s. A command can end half a step off,
+// because a velocity moves the robot by whole steps.
+constexpr double kHalfStep_s = 0.2;
 // Errors of the velocity by the legs: slip and the tilt of the soles. Measured with the policy of
 // unitree_rl_gym on the G1: 0.031, 0.014 and 0.017 m/s at 0.3 m/s.
 const Eigen::Vector3d kVelocitySigma_m_s{0.015, 0.015, 0.015};
@@ -46,14 +49,18 @@ ProgramController::ProgramController(ProgramStart start)
     commands_.gains->kp[i] = motor.kp, commands_.gains->kd[i] = motor.kd;
   }
   if (ready_.words.plans == 1) {
-    if (start_.commands.steering.by != walking::SteeredBy::plan)
+    walking::SteeredBy& by = start_.commands.steering.by;
+    if (by == walking::SteeredBy::legs) by = walking::SteeredBy::plan;  // a robot's default
+    if (by != walking::SteeredBy::plan)
       throw std::invalid_argument(
           fmt::format("walk.steering.by: the walking controller {} plans its own steps, expected plan",
                       start_.choice.name));
   } else {
     const Velocity largest{ready_.words.largest_vx_m_s, ready_.words.largest_vy_m_s,
                            ready_.words.largest_wz_rad_s};
-    walking::SteeringOptions steering = start_.commands.steering.with_tolerance(stands());
+    const walking::SteeringOptions& given = start_.commands.steering;
+    walking::SteeringOptions steering =
+        given.with_tolerance(kHalfStep_s * largest.ahead, kHalfStep_s * largest.turn);
     if (steering.by == walking::SteeredBy::plan)  // a command then ends after its duration
       steering.tolerance_m = steering.tolerance_rad = std::numeric_limits<double>::infinity();
     follower_.emplace(Path(start_.commands.commands, largest), largest, steering, !stands());

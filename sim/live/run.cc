@@ -250,7 +250,7 @@ class Run {
   FramePipeline frames_;
   recording::RecordingWriter writer_;
   InertialCheck check_;
-  std::optional<SteeringPoseBuffer> steering_;  // only for a steered walk
+  std::optional<SteeringPoseBuffer> steering_;  // only if the truth or estimates steer
   std::size_t steering_answers_ = 0;            // number of the estimator's answers added to it
   slam::Observation next_;                      // readings of IMUs, encoders and forces since the last frame
   struct {
@@ -278,7 +278,8 @@ Run::Run(const scenario::ReadScenario& read, const Start& start, const std::file
       check_(true_motion(robot_->world())) {
   for (const score::Surface& surface : frames_.surfaces()) writer_.add(surface);
   if (observer_.begins) observer_.begins(setup_);
-  if (read.scenario.walk.steering.by != walking::SteeredBy::plan)
+  if (const auto by = read.scenario.walk.steering.by;
+      by == walking::SteeredBy::truth || by == walking::SteeredBy::estimate)
     steering_.emplace(read.scenario.walk.steering, read.scenario.errors.faults, frames_.lead());
   if (!robot_->controller().wants_rig()) return;
   estimators::Start sensors{
@@ -420,6 +421,8 @@ void Run::deliver_frame() {
 // Decides a due footstep or corrects a commanded velocity. Uses exactly the frames that the decision may
 // depend on, so that drawing images in parallel makes no difference.
 void Run::steer() {
+  if (robot_->is_ok() && read_.scenario.walk.steering.by == walking::SteeredBy::legs)
+    return robot_->steer(robot_.legs());
   const auto tick = static_cast<std::size_t>(robot_->world().time() / walking::kTick);
   if (!steering_ || !robot_->is_ok() || !robot_->controller().steers(tick)) return;
   const slam::Stamp until = steering_->usable_until(robot_->world().time());

@@ -86,9 +86,10 @@ Walked walked(const scenario::Scenario& scenario, const physics::Models& models,
   walking::PatternGenerator plan(models.robot, walk, physics::nominal_body(copy_of(models.on_floor)));
   physics::WorldOptions world = scenario.world;
   if (!seed) world.variation = {0, 0, 0, 0, 0, 0, 0};
-  physics::WalkingRobot robot(std::move(plan), scenario.stabilizer, world,
-                              plant_variation(seed.value_or(1), world, int(models.robot.joints.size())),
-                              models);
+  if (walk.steering.by != walking::SteeredBy::legs) walk.steering.by = walking::SteeredBy::plan;
+  physics::WalkingRobot robot(
+      std::make_unique<controllers::PlanController>(std::move(plan), scenario.stabilizer, walk.steering),
+      world, plant_variation(seed.value_or(1), world, int(models.robot.joints.size())), models);
   const Eigen::Isometry3d start = robot.reference().X_PB;
   std::array<Landings, 2> landings;
   Slip slip;
@@ -119,6 +120,7 @@ Walked walked(const scenario::Scenario& scenario, const physics::Models& models,
   result.limited = double(limited) / std::max(1, ticks);
   Eigen::Isometry3d end = robot.reference().X_PB;
   end.translation().head<2>() -= robot.reference().frame_shift;
+  if (const auto path = robot.controller().path()) end = path->now.X_PB;
   const Eigen::Isometry3d X_WB = robot.world().X_WB();
   result.path_m = (end.translation() - start.translation()).head<2>().norm();
   result.error_m = (X_WB.translation() - end.translation()).head<2>().norm();

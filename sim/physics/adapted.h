@@ -48,6 +48,8 @@ class FirstRobotFile {
   /// model: the path to write. comment: what is known about the gait. noises: the key slam; "": a guess.
   std::string yaml(const std::string& model, const Gait& gait, const std::string& comment,
                    const std::string& noises = "") const;
+  /// Returns the text for a trial, in which arms, hands and neck are rigid: the physics takes half the time.
+  std::string trial(const std::string& model, const Gait& gait) const;
 
  private:
   std::unique_ptr<Guess> guess_;

@@ -40,7 +40,7 @@ constexpr double kAnkleShare = 0.65;
 constexpr double kWeakHips = 1.3;
 constexpr const char* kWalk =
     R"(# {}
-walk: {{single_support_s: {:.3g}, double_support_s: {:.3g}, step_height_m: {:.3g}, step_length_m: {:.3g}, zmp_inwards_m: {:.3g}}}
+walk: {{single_support_s: {:.3g}, double_support_s: {:.3g}, step_height_m: {:.3g}, step_length_m: {:.3g}, zmp_inwards_m: {:.3g}, steering: {{by: legs}}}}
 stabilizer: {{ankle_admittance: {{gain_rad_s_per_nm: {:.2g}}}, landing_adjustment: {{enabled: true}}}}
 )";
 constexpr const char* kNoises = R"(# guess: leg odometry of a robot that nobody has measured
@@ -120,7 +120,7 @@ class Guess {
   }
 
   std::string yaml(const std::string& model, const Gait& gait, const std::string& comment,
-                   const std::string& noises) const {
+                   const std::string& noises, bool arms_move = true) const {
     std::string text = fmt::format(
         "# Guessed from the tree of {0}: look at each line that is marked as a guess, then run\n"
         "# gaitslam robot check. models/README.md explains each key.\n"
@@ -155,6 +155,7 @@ class Guess {
          : carries(joint)    ? legs
                              : others)
             .push_back(joint_name(joint));
+    if (!arms_move) others.clear();
     if (!rigid.empty())
       text += fmt::format("  # guess: rigid, since the plan moves legs on the base: {}\n",
                           fmt::join(rigid, ", "));
@@ -549,6 +550,10 @@ std::string FirstRobotFile::rig() const { return guess_->rig(); }
 std::string FirstRobotFile::yaml(const std::string& model, const Gait& gait, const std::string& comment,
                                  const std::string& noises) const {
   return guess_->yaml(model, gait, comment, noises);
+}
+
+std::string FirstRobotFile::trial(const std::string& model, const Gait& gait) const {
+  return guess_->yaml(model, gait, "tried", "", false);
 }
 
 std::string first_robot_file(const fs::path& model, const std::string& written) {

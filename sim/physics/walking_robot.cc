@@ -95,7 +95,15 @@ void WalkingRobot::tick(walking::LegOdometry* legs) {
   if (legs) legs->add(readings);
   command(readings);
   step();
+  if (legs && is_ok()) steer(*legs);
   advance();
+}
+
+void WalkingRobot::steer(const walking::LegOdometry& legs) {
+  const auto tick = static_cast<std::size_t>(world_.time() / walking::kTick);
+  if (!controller_->steers(tick)) return;
+  const Eigen::Isometry3d X_OB = legs.motion(world_.leg_readings().q, walking::kPeriod).X_OB;
+  controller_->steer(tick, walking::place_by_legs(X_OB, following(), controller_->has_plan()));
 }
 
 }  // namespace sim::physics

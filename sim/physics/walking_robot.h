@@ -37,7 +37,10 @@ class WalkingRobot {
   void command(const walking::SensorReadings& readings) { command(readings, false); }
   /// Advances to the next tick of the walk.
   void advance() { controller_->advance(); }
-  /// Runs a whole tick, with the readings at its start for leg odometry.
+  /// At the end of a tick, corrects a due footstep or a commanded velocity by leg odometry, which has the
+  /// readings at the tick's start.
+  void steer(const walking::LegOdometry& legs);
+  /// Runs a whole tick, with the readings at its start for leg odometry, which steers if there is one.
   void tick(walking::LegOdometry* legs = nullptr);
 
   /// The plan with its adjusted landings, or the commanded path, at this tick and at the next one.

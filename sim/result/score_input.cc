@@ -168,7 +168,7 @@ score::DesiredPath desired_path(const walking::WalkOptions& walk, const recordin
   path.end = waist_above(robot, walking::center_of(timeline.phases().back().to));
   for (const walking::Timeline::Lap& lap : timeline.laps())
     path.laps.emplace_back(std::int64_t(lap.begin) * walking::kTick, std::int64_t(lap.end) * walking::kTick);
-  path.waist = walk.steering.by == walking::SteeredBy::plan ? truth.waist_plan : truth.waist_desired;
+  path.waist = truth.waist_desired.empty() ? truth.waist_plan : truth.waist_desired;
   return path;
 }
 
@@ -220,7 +220,7 @@ score::Run score_input(const RunRecord& record) {
     run.desired = desired_path(walk, record.truth);
   else if (const auto& path = record.truth.waist_desired; !path.empty())
     run.desired = desired_path(walk, path);
-  run.steered = walk.steering.by != walking::SteeredBy::plan;
+  run.steered = walk.steering.by != walking::SteeredBy::plan && !record.truth.waist_desired.empty();
   run.corrections = record.truth.corrected_steps;
   if (!record.truth.waist_plan.empty()) run.plan_end = plan_end(walk);
   if (!record.tracked) return run;

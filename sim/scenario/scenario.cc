@@ -143,9 +143,11 @@ void check_whole(ReadScenario& read) {
   if (steered_by == estimate && !scenario.slam)
     fail(at, "walk.steering.by", "is estimate, which needs the sections 'camera' and 'slam'");
   for (const sensor_errors::Fault& fault : scenario.errors.faults)
-    if (steered_by == plan && sensor_errors::is_of_steering(fault))
-      fail(at, "errors.faults",
-           "disturb the steering estimate, but walk.steering.by is plan; expected truth or estimate");
+    if ((steered_by == plan || steered_by == legs) && sensor_errors::is_of_steering(fault))
+      fail(
+          at, "errors.faults",
+          fmt::format("disturb the steering estimate, but walk.steering.by is {}; expected truth or estimate",
+                      walking::kSteeredBy[std::size_t(steered_by)]));
   const std::optional<walking::Timeline> walk = planned(read);
   if (!walk) return;
   check_limits(read, at);

@@ -63,6 +63,25 @@ void expect_within_limits(const SteeredWalk& steered, const SteeringOptions& opt
   }
 }
 
+TEST(Steering, ThePlaceByLegsIsTheSoleThatCarriesWithTheDriftOfTheOdometry) {
+  const FootPose drift{{0.3, -0.2}, 0.1};
+  Reference at = planned(straight())[400];
+  ASSERT_NE(at.support, Support::both);
+  Eigen::Isometry3d X_OB = sole(drift) * at.X_PB;
+  const Eigen::Isometry3d& X_PS = at.support == Support::left ? at.X_PL : at.X_PR;
+  const PlaceEstimate place = place_by_legs(X_OB, at, true);
+  EXPECT_EQ(place.t_s, at.t_s);
+  EXPECT_LT((place.planned.position - X_PS.translation().head<2>()).norm(), 1e-12);
+  EXPECT_LT((place.estimated.position - (drift * on_floor(X_PS)).position).norm(), 1e-12);
+  EXPECT_NEAR(place.estimated.yaw - place.planned.yaw, drift.yaw, 1e-12);
+  EXPECT_LT((place_by_legs(X_OB, at, false).estimated.position - X_OB.translation().head<2>()).norm(), 1e-12);
+
+  for (Eigen::Isometry3d* X : {&at.X_PB, &at.X_PL, &at.X_PR}) X->pretranslate(Eigen::Vector3d(0.01, 0.02, 0));
+  at.frame_shift = {0.01, 0.02};
+  EXPECT_LT((place_by_legs(X_OB, at, true).planned.position - place.planned.position).norm(), 1e-12)
+      << "adjusted landings are no part of the path";
+}
+
 TEST(Steering, WithoutAnErrorThePlanIsUnchangedBitForBit) {
   const SteeredWalk steered(eager(), none);
   const auto plain = planned(straight());
@@ -79,7 +98,7 @@ TEST(Steering, EndsWithinTheToleranceOfItsGoalAlthoughThePlanDrifts) {
     const double t = std::min(t_s, 10.0);
     return FootPose{{0.004 * t, 0.005 * t}, 0.2 * kDegree * t};
   };
-  const SteeringOptions options = eager().with_tolerance(true);
+  const SteeringOptions options = eager().with_tolerance();
   const SteeredWalk steered(options, drift);
   const FootPose end = steered.end_in_world(drift), goal{{1.5 + kRobot.sole_ahead, 0}, 0};
   EXPECT_LT((end.position - goal.position).norm(), options.tolerance_m + 1e-9);

@@ -103,6 +103,24 @@ TEST(ProgramController, AProgramReceivesVelocityByTheLegsPlaceAndRig) {
   EXPECT_EQ(walk(controller, 2).gains->torque[1], 0) << "each message is sent once";
 }
 
+// Its largest speed is 0.5 m/s, so that half a step is 0.1 m.
+TEST(ProgramController, ASteeredCommandEndsUpToHalfAStepFromItsEnd) {
+  const auto ends = [](double error_m) {
+    ProgramStart start = with_fault("none");
+    start.commands.steering.by = walking::SteeredBy::truth;
+    ProgramController controller(start);
+    for (std::size_t tick = 0; tick < 1000; ++tick) {
+      walk(controller, 1);
+      const walking::FootPose planned = walking::on_floor(controller.following().X_PB);
+      controller.steer(tick, walking::PlaceEstimate{double(tick) * walking::kPeriod, planned,
+                                                    planned * walking::FootPose{{-error_m, 0}, 0}});
+    }
+    return !controller.walks();
+  };
+  EXPECT_TRUE(ends(0.09));
+  EXPECT_FALSE(ends(0.11));
+}
+
 TEST(ProgramController, ItsOwnPlanTellsWhereItIsOnThePath) {
   ProgramController controller(with_fault("stays"));
   int ticks = 0;

@@ -59,6 +59,16 @@ TEST_F(ShortWalks, MeasureTheEndOfTheWalkAgainstItsCommands) {
   EXPECT_GT(slippery.slip_m, 3 * ahead.slip_m);
 }
 
+TEST_F(ShortWalks, SteeredByLegOdometryEndWithTheHeadingOfTheirCommands) {
+  const auto error_by = [](walking::SteeredBy by) {
+    const auto steer = [by](scenario::Scenario& s) { s.walk.steering.by = by; };
+    return walk({walking::Turn{std::numbers::pi / 2}}, steer, 1).yaw_error_rad;
+  };
+  const double by_legs = error_by(walking::SteeredBy::legs);
+  EXPECT_LT(by_legs, 0.5 * std::numbers::pi / 180 + 1e-3) << "the tolerance of steering";
+  EXPECT_GT(error_by(walking::SteeredBy::plan), 2 * by_legs);
+}
+
 TEST_F(ShortWalks, SayHowAWalkFellOrWhyItCannotBePlanned) {
   const Walked fell = walk({walking::Straight{0.48, 0}}, [](scenario::Scenario& s) {
     s.walk.single_support_s = 1.5;
