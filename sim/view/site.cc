@@ -27,6 +27,7 @@ namespace sim::view {
 namespace {
 
 using nlohmann::ordered_json;
+namespace recording_format = recording::recording_format;
 
 Resource resource(std::string type, std::string_view bytes) {
   return {std::move(type), std::make_shared<const std::string>(bytes)};
@@ -74,45 +75,54 @@ ordered_json json_of(const ShownRun& run) {
           {"palette", run.rig.empty() ? ordered_json(nullptr) : ordered_json(colors)}};
 }
 
-// Adds feet and zero-moment point. frames: in chronological order.
-void add_feet(std::vector<Frame>& frames, const recording::Truth& truth, exports::RecordedRows forces) {
-  std::size_t row = 0;
-  const auto& feet = truth.feet;
-  for (Frame& frame : frames) {
-    while (row + 1 < feet.size() && feet[row + 1].t <= frame.t) ++row;
-    if (row < feet.size()) frame.feet = {FootPlace{feet[row].left}, FootPlace{feet[row].right}};
-    forces.until(frame.t);
-    if (const std::vector<double>& f = forces.newest; f.size() == 12 && frame.feet) {
-      const auto sole = [&](std::size_t foot) {
-        const auto vector = [&](std::size_t first) { return Eigen::Vector3d(&f[6 * foot + first]); };
-        return SoleForce{(*frame.feet)[foot].truth, vector(0), vector(3)};
-      };
-      frame.zmp = zero_moment_point({sole(0), sole(1)});
-    }
+/// What a recording adds to frames, in chronological order: feet, the zero-moment point, and the robot's
+/// bodies.
+class RecordedMotion {
+ public:
+  explicit RecordedMotion(const recording::Manifest& manifest)
+      : feet_(manifest, recording_format::kFeet.file),
+        forces_(manifest, recording_format::sensor_rows("forces0")),
+        waist_(manifest, recording_format::kTrueWaist.file),
+        encoders_(manifest, recording_format::sensor_rows("encoders0")) {
+    for (exports::RecordedRows* rows : {&feet_, &forces_, &waist_, &encoders_}) rows->first();
   }
-}
 
-/// Returns a function that adds the robot's bodies, to be called for each frame in chronological order.
-std::function<void(Frame&)> robot_poses(std::vector<files::TimedPose> waist,
-                                        const std::shared_ptr<exports::RecordedRows>& encoders,
-                                        const RobotModel& robot) {
-  return
-      [waist = std::move(waist), encoders, poses = robot.poses, row = std::size_t{0}](Frame& frame) mutable {
-        while (row < waist.size() && waist[row].t < frame.t) ++row;
-        encoders->until(frame.t);
-        if (const std::vector<double>& q = encoders->newest;
-            !q.empty() && row < waist.size() && waist[row].t == frame.t)
-          frame.bodies = poses(Eigen::Map<const Eigen::VectorXd>(q.data(), std::ssize(q)), waist[row].X);
-      };
-}
+  bool has_joints() const { return !encoders_.newest.empty(); }
+
+  /// robot: may be absent.
+  void add(Frame& frame, const std::optional<RobotModel>& robot) {
+    for (exports::RecordedRows* rows : {&feet_, &forces_, &waist_, &encoders_}) rows->until(frame.t);
+    if (feet_.newest.size() >= 22) frame.feet = {foot(&feet_.newest[0]), foot(&feet_.newest[11])};
+    if (forces_.newest.size() == 12 && frame.feet)
+      frame.zmp = zero_moment_point({sole(frame, 0), sole(frame, 1)});
+    const std::vector<double>&q = encoders_.newest, &X = waist_.newest;
+    if (!robot || q.empty() || X.size() != 12) return;
+    Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
+    X_WB.translation() = Eigen::Vector3d(&X[0]);
+    X_WB.linear() = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(&X[3]);
+    frame.bodies = robot->poses(Eigen::Map<const Eigen::VectorXd>(q.data(), std::ssize(q)), X_WB);
+  }
+
+ private:
+  static FootPlace foot(const double* v) {
+    return {{Eigen::Vector3d(v), Eigen::Vector3d(v + 3), v[6] == 1, v[7], Eigen::Vector3d(v + 8)}};
+  }
+  SoleForce sole(const Frame& frame, std::size_t foot) const {
+    const double* const f = &forces_.newest[6 * foot];
+    return {(*frame.feet)[foot].truth, Eigen::Vector3d(f), Eigen::Vector3d(f + 3)};
+  }
+
+  exports::RecordedRows feet_, forces_, waist_, encoders_;
+};
 
 constexpr std::size_t kMostCandidates = 2000;  // folders that are searched for a recording
 
 bool has_recording(const fs::path& result, const std::string& hash) try {
-  return fs::exists(result / "recording/manifest.csv") &&
-         recording::Manifest(result / "recording").hash() == hash;
-} catch (const std::exception&) {
-  return false;  // broken, so it is not the recording
+  files::Hash own;
+  own.add(files::read_text(result / "recording/manifest.csv", files::kMostOfRows));
+  return own.hex() == hash;
+} catch (const files::FileError&) {
+  return false;
 }
 
 /// Returns the recording of a result: its own, or the one with this hash in the enclosing folder, in the
@@ -156,7 +166,7 @@ std::vector<Moment> moments_of(const pages::RunData& data, const scenario::Scena
   return all;
 }
 
-void add_missing(Playback& playback, const fs::path& result, const std::string& hash) {
+void add_missing(Playback& playback, const fs::path& result, const std::string& hash, bool has_joints) {
   const auto none = [&](const auto& has) { return std::ranges::none_of(playback.frames, has); };
   std::vector<std::string>& missing = playback.run.missing;
   if (!playback.pictures)
@@ -166,7 +176,7 @@ void add_missing(Playback& playback, const fs::path& result, const std::string& 
                                    "{}, nor in neighboring results, nor in the recording cache. View the "
                                    "result together with the result of its walk.",
                                    hash.substr(0, 12), (result / "recording").string()));
-  else if (playback.run.model && !playback.add_bodies)
+  else if (playback.run.model && !has_joints)
     missing.emplace_back("The robot is not shown: the recording has no joint angles.");
   if (none([](const Frame& frame) { return frame.estimate.has_value(); }))
     missing.emplace_back("No estimate: the run had no filter, or the filter gave no estimate.");
@@ -183,16 +193,15 @@ std::vector<std::size_t> pieces_of(const std::vector<Frame>& frames) {
 }
 
 void add_frames(Site& site, std::size_t run, const std::shared_ptr<Playback>& playback) {
-  Series series(playback->run.sole);
-  for (Frame& frame : playback->frames) series.add(frame);
+  Series series;
+  for (const Frame& frame : playback->frames) series.add(frame);
   site.add(fmt::format("/series/{}", run), bytes_resource(series.bytes()));
   const std::vector<std::size_t> begins = pieces_of(playback->frames);
   site.add_list(
       fmt::format("/frames/{}", run),
-      [playback, begins, posed = std::size_t{0}](std::size_t piece) mutable -> std::optional<Resource> {
+      [playback, begins, done = std::size_t{0}](std::size_t piece) mutable -> std::optional<Resource> {
         if (piece + 1 >= begins.size()) return std::nullopt;
-        for (; playback->add_bodies && posed < begins[piece + 1]; ++posed)
-          playback->add_bodies(playback->frames[posed]);
+        for (; done < begins[piece + 1]; ++done) playback->complete(playback->frames[done]);
         ordered_json frames = ordered_json::array();
         for (std::size_t i = begins[piece]; i < begins[piece + 1]; ++i) {
           frames.push_back(to_json(playback->frames[i]));
@@ -292,6 +301,17 @@ ordered_json changes_of(const std::vector<std::shared_ptr<Playback>>& results) {
   return {{"titles", table.titles}, {"rows", rows}};
 }
 
+/// Readers of a recording; absent without one.
+struct Recorded {
+  explicit Recorded(const fs::path& recording) {
+    if (recording.empty()) return;
+    pictures = std::make_shared<const pages::Pictures>(recording);
+    motion = std::make_shared<RecordedMotion>(pictures->manifest());
+  }
+  std::shared_ptr<const pages::Pictures> pictures;
+  std::shared_ptr<RecordedMotion> motion;
+};
+
 }  // namespace
 
 void add_robot(ShownRun& run, const std::optional<RobotModel>& robot) {
@@ -377,43 +397,43 @@ Playback read_playback(const fs::path& result, const MakeRobot& make_robot,
                        const std::vector<fs::path>& given) {
   const scenario::Scenario scenario = scenario::read_scenario(result / "scenario.yaml").scenario;
   const fs::path recording = recording_of(result, result::read_about(result / "about.json").recording, given);
-  auto robot_of = std::async(std::launch::async,
-                             [&] { return make_robot ? std::optional(make_robot(scenario)) : std::nullopt; });
-  auto recorded_of = std::async(std::launch::async, [&] {
-    return recording.empty() ? std::nullopt : std::optional(recording::read_truth(recording));
-  });
-  pages::RunData data = pages::read_run(result, pages::Reads::result);
+  const auto robot = std::async(std::launch::async, [&] {
+                       return make_robot ? std::optional(make_robot(scenario)) : std::nullopt;
+                     }).share();
+  auto recorded_of = std::async(std::launch::async, [&] { return Recorded(recording); });
+  pages::RunData data = pages::read_run(result, pages::Reads::poses);
   Playback playback;
+  auto parts = pages::frame_parts(data);
   playback.frames = std::move(data.frames);
   if (playback.frames.empty())
     throw files::FileError(result / "truth.tum", "has no poses, expected one per frame");
-  const std::optional<RobotModel> robot = robot_of.get();
-  add_robot(playback.run, robot);
-  if (!recording.empty()) {
-    data.recorded = recorded_of.get();
-    add_feet(playback.frames, *data.recorded, exports::RecordedRows(recording, "forces0"));
-    const auto encoders = std::make_shared<exports::RecordedRows>(recording, "encoders0");
-    if (robot && !encoders->names.empty())
-      playback.add_bodies = robot_poses(data.recorded->waist, encoders, *robot);
-    playback.pictures = std::make_shared<const pages::Pictures>(recording);
-    playback.run.camera = playback.pictures->setup().calibration.camera;
-    playback.run.rig = playback.pictures->setup().rig;
+  add_robot(playback.run, robot.get());
+  playback.images.resize(playback.frames.size());
+  const auto [pictures, motion] = recorded_of.get();
+  if (pictures) {
+    playback.pictures = pictures;
+    playback.images = pictures->files(playback.frames);
+    playback.run.camera = pictures->setup().calibration.camera;
+    playback.run.rig = pictures->setup().rig;
     for (const rig::RigSensor& sensor : playback.run.rig)
-      playback.rig.push_back(sensor.kind == rig::Kind::imu
-                                 ? std::vector<fs::path>()
-                                 : pages::image_files(playback.frames, recording, sensor.name));
+      playback.rig.push_back(sensor.kind == rig::Kind::imu ? std::vector<std::string>()
+                                                           : pictures->files(playback.frames, sensor.name));
   }
-  playback.images = recording.empty() ? std::vector<fs::path>(playback.frames.size())
-                                      : pages::image_files(playback.frames, recording);
+  playback.complete = [parts, motion = motion, robot = robot.get(),
+                       footing = Footing(playback.run.sole)](Frame& frame) mutable {
+    parts(frame);
+    if (motion) motion->add(frame, robot);
+    footing.add(frame);
+  };
   add_image_errors(playback, scenario);
   playback.run.label = data.label();
   playback.run.scenario = data.scenario, playback.run.seed = data.seed;
   playback.run.recording = data.about.recording;
   if (playback.run.recording.empty() && !recording.empty())
-    playback.run.recording = recording::Manifest(recording).hash();
+    playback.run.recording = pictures->manifest().hash();
   playback.run.duration_s = slam::seconds(playback.frames.back().t);
   playback.run.moments = moments_of(data, scenario, playback.run.duration_s);
-  add_missing(playback, result, data.about.recording);
+  add_missing(playback, result, data.about.recording, motion && motion->has_joints());
   playback.data = std::move(data);
   return playback;
 }
@@ -451,7 +471,7 @@ Site playback_site(std::vector<Playback> given, ordered_json about) {
     if (results[i]->errors) add_seen(site, i, results[i]);
     std::vector<rig::RigSensor> sensors = results[i]->run.rig;
     sensors.push_back(recording::head_camera(results[i]->pictures->setup()));
-    std::vector<std::vector<fs::path>> files = results[i]->rig;
+    std::vector<std::vector<std::string>> files = results[i]->rig;
     files.push_back(results[i]->images);
     add_rig(
         site, sensors.size(), i,

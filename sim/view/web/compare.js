@@ -36,6 +36,15 @@ export class Series {
     this.derive();
   }
 
+  /// Adds what arrives with the frames of a finished run.
+  addFeet(frames) {
+    frames.forEach(({feet, margin}, i) => {
+      this.slip_left[i] = feet?.[0].slip ?? NaN;
+      this.slip_right[i] = feet?.[1].slip ?? NaN;
+      this.margin[i] = margin ?? NaN;
+    });
+  }
+
   derive() {
     this.distance = this.x.map((_, i) => Math.hypot(this.x[i], this.y[i], this.z[i]));
     for (const name of kSensors) this[`mean_nis_${name}`] = this.smoothed(this[`nis_${name}`]);
