@@ -243,35 +243,36 @@ bool tracks(const Frame& frame) {
 /// Returns the errors of two runs over the frames that both track, as rows of the table of changes; none if
 /// both track until the same time.
 ordered_json common_rows(const Playback& a, const Playback& b, const std::vector<std::string>& titles) {
-  std::array<std::vector<pages::FrameError>, 2> errors;
   std::array<slam::Stamp, 2> ends{};
+  Eigen::Matrix2d squares = Eigen::Matrix2d::Zero();  // position and heading; a and b
+  double count = 0;
   auto other = b.frames.begin();
   for (const Frame& frame : a.frames) {
     while (other != b.frames.end() && other->t < frame.t) ++other;
-    const bool of_b = other != b.frames.end() && other->t == frame.t && tracks(*other);
-    if (tracks(frame)) ends[0] = frame.t;
+    const bool of_a = tracks(frame), of_b = other != b.frames.end() && other->t == frame.t && tracks(*other);
+    if (of_a) ends[0] = frame.t;
     if (of_b) ends[1] = frame.t;
-    if (tracks(frame) && of_b) errors[0].push_back(*error_of(frame)), errors[1].push_back(*error_of(*other));
+    if (!of_a || !of_b) continue;
+    ++count;
+    for (const int run : {0, 1}) {
+      const Eigen::Vector4d e = error_of(run == 0 ? frame : *other)->error;
+      squares.col(run) += Eigen::Vector2d(e.head<3>().squaredNorm(), e(3) * e(3));
+    }
   }
   ordered_json rows = ordered_json::array();
-  if (ends[0] == ends[1] || errors[0].empty()) return rows;
+  if (ends[0] == ends[1] || count == 0) return rows;
   const double end_s = slam::seconds(std::min(ends[0], ends[1]));
-  const auto add = [&](const char* name, const char* unit, double factor, const auto& square) {
-    std::array<double, 2> value{};
-    for (std::size_t run = 0; run < 2; ++run) {
-      for (const pages::FrameError& e : errors[run]) value[run] += square(e);
-      value[run] = factor * std::sqrt(value[run] / static_cast<double>(errors[run].size()));
-    }
+  const auto change = std::ranges::find(titles, "change from A to B") - titles.begin();
+  for (const auto& [name, unit, factor, i] :
+       {std::tuple{"position", "mm", pages::kMm, 0}, {"heading", "deg", pages::kDeg, 1}}) {
+    const Eigen::RowVector2d rms = factor * (squares.row(i) / count).cwiseSqrt();
     std::vector<std::string> cells(titles.size());
     cells[0] = fmt::format("RMS error of {} while both track, to {:.1f} s [{}]", name, end_s, unit);
-    for (std::size_t run = 0; run < 2; ++run) cells[1 + run] = fmt::format("{:.4g}", value[run]);
-    const auto change = std::ranges::find(titles, "change from A to B") - titles.begin();
-    cells[static_cast<std::size_t>(change)] = fmt::format("{:+.3g}", value[1] - value[0]);
+    cells[1] = fmt::format("{:.4g}", rms(0)), cells[2] = fmt::format("{:.4g}", rms(1));
+    cells[static_cast<std::size_t>(change)] = fmt::format("{:+.3g}", rms(1) - rms(0));
     rows.push_back(
         {{"key", false}, {"cells", cells}, {"remark", "over the common tracked time"}, {"t", end_s}});
-  };
-  add("position", "mm", pages::kMm, [](const auto& e) { return e.error.template head<3>().squaredNorm(); });
-  add("heading", "deg", pages::kDeg, [](const auto& e) { return e.error(3) * e.error(3); });
+  }
   return rows;
 }
 
