@@ -46,16 +46,21 @@ struct ExportedRun {
   std::function<void(const std::string&)> warn = [](const std::string&) {};
 };
 
-/// The rows of mav0/<sensor>/data.csv of a recording, merged with its frames by time; no rows if there is no
-/// such file. Throws FileError.
+/// The rows of a file of a recording, merged with its frames by time; no rows if there is no such file.
+/// Throws FileError.
 class RecordedRows {
  public:
-  RecordedRows(const fs::path& recording, const std::string& sensor);
+  /// file: such as truth/feet.csv; its stamps are in the first column.
+  RecordedRows(const recording::Manifest& manifest, const std::string& file);
 
   /// Calls each(stamp, values) for the rows up to that time, except rows of earlier calls.
   void until(
       slam::Stamp t,
       const std::function<void(slam::Stamp, const std::vector<double>&)>& each = [](auto&&...) {});
+  /// Reads the first row, whatever its time.
+  void first() {
+    if (rows_ && rows_->stamp()) until(*rows_->stamp());
+  }
 
   std::vector<std::string> names;  ///< the titles of the columns after the stamp, without units
   std::vector<double> newest;      ///< values of the last row so far; empty before the first

@@ -91,14 +91,15 @@ void PoseTopics::add_viewer_topics(const ExportContext& out) {
       maps_[slam::Stamp(rows.integer(0))].push_back({p.x(), p.y(), p.z(), std::uint32_t(rows.integer(1))});
     }
   if (!maps_.empty()) topics_.map = bag_.add_topic("/slam/map", ros::kPointCloud);
-  joints_.emplace(out.run.result / "recording", "encoders0");
+  const recording::Manifest manifest(out.run.result / "recording");
+  joints_.emplace(manifest, recording::recording_format::sensor_rows("encoders0"));
   if (!joints_->names.empty()) topics_.joints = bag_.add_topic("/joint_states", ros::kJointState);
   robot_ = out.run.robot;
   if (robot_) {
     topics_.description = bag_.add_topic("/robot_description", ros::kString, true);
     topics_.tf = bag_.add_topic("/tf", ros::kTransforms);
   }
-  forces_.emplace(out.run.result / "recording", "forces0");
+  forces_.emplace(manifest, recording::recording_format::sensor_rows("forces0"));
   if (forces_->names.empty()) return;
   topics_.left_wrench = bag_.add_topic("/left_foot/wrench", ros::kWrench);
   topics_.right_wrench = bag_.add_topic("/right_foot/wrench", ros::kWrench);

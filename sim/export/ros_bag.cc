@@ -177,9 +177,7 @@ std::string Bag::finish() {
                      mcap_.messages(), topics);
 }
 
-RecordedRows::RecordedRows(const fs::path& recording, const std::string& sensor) {
-  const recording::Manifest manifest(recording);
-  const std::string file = recording::recording_format::sensor_rows(sensor);
+RecordedRows::RecordedRows(const recording::Manifest& manifest, const std::string& file) {
   if (!manifest.lists(file)) return;
   rows_.emplace(files::CsvReader(manifest.check(file)), recording::kEpoch);
   const std::vector<std::string>& titles = rows_->row().titles();

@@ -56,6 +56,8 @@ bool may_lead_elsewhere(fs::path at, const fs::path& name) {
   });
 }
 
+constexpr const char* kLeadsOut = "leads outside the folder";
+
 constexpr std::size_t kGap = 2;
 
 /// One column: the lines of its title, and its cells.
@@ -204,12 +206,15 @@ void write_text(const fs::path& file, std::string_view text) {
   if (!out) fail_by_errno(file, "cannot be written");
 }
 
-fs::path contained_path(const fs::path& folder, std::string_view name) {
-  constexpr const char* kLeadsOut = "leads outside the folder";
-  const fs::path below = name, file = folder / below;
-  if (name.empty() || !below.is_relative() || std::ranges::find(below, "..") != below.end() ||
-      name.find('\0') != name.npos)
+void require_below(const fs::path& folder, std::string_view name) {
+  const bool has_nul = name.find('\0') != name.npos, is_absolute = name.starts_with('/');
+  if (name.empty() || is_absolute || has_nul || fmt::format("/{}/", name).find("/../") != std::string::npos)
     throw FileError(folder / std::string(name.substr(0, name.find('\0'))), kLeadsOut);
+}
+
+fs::path contained_path(const fs::path& folder, std::string_view name) {
+  require_below(folder, name);
+  const fs::path file = folder / name;
   if (!may_lead_elsewhere(folder, name)) return file;
   std::error_code no_root, no_file;
   const fs::path root = fs::canonical(folder, no_root), real = fs::weakly_canonical(file, no_file);

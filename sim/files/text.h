@@ -155,8 +155,11 @@ std::vector<std::string> lines_of(std::string_view text);
 /// there is no such title.
 std::optional<std::string> titled_lines(std::string_view text, std::string_view title);
 
-/// Returns folder/name. Throws FileError if the name is empty, absolute or contains "..", or if a link on the
-/// way leaves the folder: lists in external files must not open anything outside it.
+/// Throws FileError if the name of a file below a folder is empty, absolute or contains "..".
+void require_below(const fs::path& folder, std::string_view name);
+
+/// Returns folder/name. Throws FileError as require_below() does, or if a link on the way leaves the folder:
+/// lists in external files must not open anything outside it.
 fs::path contained_path(const fs::path& folder, std::string_view name);
 
 inline constexpr std::size_t kTerminalWidth = 100;

@@ -117,6 +117,7 @@ TrajectoryFile read_poses(const Table& table) {
   TrajectoryFile read{table.names(), {}};
   for (std::size_t i = 0; i < 3; ++i) read.position[i] = columns.position[i].field;
   read.has_orientation = !columns.orientation.empty();
+  read.rows.reserve(table.rows().size());
   std::size_t lost = 0;
   for (const TableRow& row : table.rows()) {
     if (row.fields() != table.width() && !(row.fields() == 8 && !columns.covariance.empty()))

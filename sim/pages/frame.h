@@ -21,6 +21,7 @@ inline constexpr double kSigmas = 3;  ///< size of every ellipse and ellipsoid
 /// A foot on the ground.
 struct FootPlace : recording::TrueFoot {
   std::optional<Eigen::Vector3d> landed{};  ///< place where it last landed; absent while in the air
+  double slip_m = NAN;                      ///< distance from there; NaN in the air
 };
 
 /// Unknown parts are absent or empty.
@@ -33,6 +34,7 @@ struct Frame {
   std::optional<std::array<FootPlace, 2>> feet = {};  ///< left, right
   std::optional<Eigen::Vector2d> zmp = {};            ///< m on the ground
   std::vector<cv::Point2f> support = {};              ///< corners of the support polygon, in W
+  double margin_m = NAN;                              ///< distance of the zmp inside it; NaN if unknown
   std::optional<slam::FrameReport> report = {};
   std::optional<std::vector<slam::MapPoint>> map = {};  ///< absent if unchanged
   std::optional<std::size_t> rig = {};  ///< number with which the page requests the rig's readings

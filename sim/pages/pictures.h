@@ -13,20 +13,20 @@ namespace sim::pages {
 
 namespace fs = std::filesystem;
 
-/// Returns the image file of each frame, or an empty path; for a rig camera or lidar, the file of the newest
-/// reading. Throws FileError if a file is outside the recording.
-std::vector<fs::path> image_files(const std::vector<Frame>& frames, const fs::path& recording,
-                                  const std::string& sensor = "cam0");
-
-/// The pictures of a recording, which may be untrusted: a browser gets them only unchanged.
+/// The pictures of a recording, which may be untrusted: a browser gets only files with the hashes in the
+/// manifest.
 class Pictures {
  public:
-  /// Throws FileError if the recording is unfinished or was edited.
+  /// Throws FileError if the recording is unfinished or its setup was edited.
   explicit Pictures(const fs::path& recording);
+  /// Returns the image file of each frame, or "" if it has none; for a rig camera or lidar, the file of the
+  /// newest reading. Throws FileError.
+  std::vector<std::string> files(const std::vector<Frame>& frames, const std::string& sensor = "cam0") const;
   /// Returns the reading of a rig sensor or the head camera from a file. Throws FileError unless the file has
   /// the hash in the manifest and an image has the camera's size.
-  slam::RigReading read(const rig::RigSensor& sensor, const fs::path& file) const;
+  slam::RigReading read(const rig::RigSensor& sensor, const std::string& file) const;
   const recording::RecordingSetup& setup() const { return setup_; }
+  const recording::Manifest& manifest() const { return manifest_; }
 
  private:
   fs::path folder_;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <future>
 
 #include "sim/files/csv.h"
 #include "sim/files/json.h"
@@ -23,9 +24,9 @@ void add(Path& path, slam::Stamp t, const std::optional<Eigen::Isometry3d>& X) {
   path.x.push_back(p.x()), path.y.push_back(p.y()), path.z.push_back(p.z());
 }
 
-Path read_path(const fs::path& file) {
+Path path_of(const std::vector<TumRow>& rows) {
   Path path;
-  for (const TumRow& row : files::read_tum(file)) add(path, row.t, row.X);
+  for (const TumRow& row : rows) add(path, row.t, row.X);
   return path;
 }
 
@@ -70,94 +71,180 @@ Errors errors_of(const std::vector<Frame>& frames, bool fitted) {
   return errors;
 }
 
-/// Returns the frame with a stamp (which other programs round), or null.
+constexpr slam::Stamp kSame = std::chrono::microseconds(100);  // other programs round stamps
+
+/// Returns the frame with a stamp, or null.
 Frame* frame_at(std::vector<Frame>& frames, slam::Stamp t) {
-  constexpr slam::Stamp kSame = std::chrono::microseconds(100);
   const auto found = std::ranges::lower_bound(frames, t - kSame, {}, &Frame::t);
   return found != frames.end() && found->t <= t + kSame ? &*found : nullptr;
 }
 
-/// Calls add(frame, row) for each row of a table whose stamp has a frame.
-void for_rows(std::vector<Frame>& frames, const std::vector<slam::Stamp>& stamps, const auto& add) {
-  for (std::size_t i = 0; i < stamps.size(); ++i)
-    if (Frame* const frame = frame_at(frames, stamps[i])) add(*frame, i);
+/// The rows of a CSV file in chronological order, with columns by name, read as their frames are. All members
+/// throw FileError.
+class FrameRows {
+ public:
+  explicit FrameRows(const fs::path& file) : csv_(file), file_(file), names_(names_of(csv_.titles())) {
+    stamp_ = column("timestamp");
+    advance();
+  }
+  bool has(std::string_view name) const { return std::ranges::find(names_, name) != names_.end(); }
+  std::size_t column(std::string_view name) const {
+    if (!has(name)) throw files::FileError(file_, "has no column '{}'", name);
+    return static_cast<std::size_t>(std::ranges::find(names_, name) - names_.begin());
+  }
+  /// Returns NaN if a field is not a number.
+  double number(std::size_t column) const {
+    return files::parse_number<double>(csv_.text(column)).value_or(NAN);
+  }
+  std::string text(std::size_t column) const { return std::string(csv_.text(column)); }
+
+  /// Calls add() for each row of the frame; rows without a frame are skipped.
+  void at(slam::Stamp t, const auto& add) {
+    for (; t_ && *t_ <= t + kSame; advance())
+      if (*t_ >= t - kSame) add();
+  }
+
+ private:
+  void advance() { t_ = csv_.next() ? std::optional(slam::Stamp(csv_.integer(stamp_))) : std::nullopt; }
+
+  files::CsvReader csv_;
+  fs::path file_;
+  std::vector<std::string> names_;
+  std::size_t stamp_ = 0;
+  std::optional<slam::Stamp> t_;
+};
+
+std::optional<FrameRows> rows_of(const fs::path& file) {
+  return fs::exists(file) ? std::optional<FrameRows>(std::in_place, file) : std::nullopt;
 }
 
-void add_reports(std::vector<Frame>& frames, const Table& table) {
-  const auto &health = table.text("health"), &cause = table.text("cause"), &refused = table.text("refused");
-  const Column landmarks = table.numbers("landmarks");
-  std::vector<std::tuple<std::string_view, Column, Column>> innovations;
+void add_reports(std::vector<Frame>& frames, FrameRows rows) {
+  const std::size_t landmarks = rows.column("landmarks"), accepted = rows.column("accepted"),
+                    health = rows.column("health"), cause = rows.column("cause"),
+                    refused = rows.column("refused");
+  std::vector<std::tuple<std::string_view, std::size_t, std::size_t>> innovations;
   for (const std::string_view sensor : score::kSensors)
-    if (const std::string name = fmt::format("nis_{}", sensor); table.has(name))
-      innovations.emplace_back(sensor, table.numbers(name), table.numbers(fmt::format("dof_{}", sensor)));
-  for_rows(frames, table.stamps("timestamp"), [&](Frame& frame, std::size_t i) {
-    slam::FrameReport& report = frame.report.emplace();
-    report.t = frame.t;
-    report.landmarks = landmarks[i] >= 0 && landmarks[i] < 1e6 ? static_cast<int>(landmarks[i]) : 0;
-    report.health = health[i] == "lost"       ? slam::Health::lost
-                    : health[i] == "diverged" ? slam::Health::diverged
-                                              : slam::Health::ok;
-    if (!cause[i].empty()) report.cause = cause[i];
-    if (!refused[i].empty()) report.refused.add(refused[i]);
-    for (const auto& [sensor, nis, dof] : innovations)
-      if (std::isfinite(nis[i]) && dof[i] > 0)
-        report.innovations.push_back({sensor, {nis[i], static_cast<int>(dof[i])}});
-    if (table.has("suspect") && !table.text("suspect")[i].empty()) report.suspect = table.text("suspect")[i];
-  });
+    if (const std::string name = fmt::format("nis_{}", sensor); rows.has(name))
+      innovations.emplace_back(sensor, rows.column(name), rows.column(fmt::format("dof_{}", sensor)));
+  const auto suspect = rows.has("suspect") ? std::optional(rows.column("suspect")) : std::nullopt;
+  const auto count = [&](std::size_t column) {
+    const double n = rows.number(column);
+    return n >= 0 && n < 1e6 ? static_cast<int>(n) : 0;
+  };
+  for (Frame& frame : frames)
+    rows.at(frame.t, [&] {
+      slam::FrameReport& report = frame.report.emplace();
+      report.t = frame.t;
+      report.landmarks = count(landmarks), report.accepted = count(accepted);
+      const std::string state = rows.text(health);
+      report.health = state == "lost"       ? slam::Health::lost
+                      : state == "diverged" ? slam::Health::diverged
+                                            : slam::Health::ok;
+      if (std::string text = rows.text(cause); !text.empty()) report.cause = std::move(text);
+      if (const std::string text = rows.text(refused); !text.empty()) report.refused.add(text);
+      for (const auto& [sensor, nis, dof] : innovations)
+        if (std::isfinite(rows.number(nis)) && rows.number(dof) > 0)
+          report.innovations.push_back({sensor, {rows.number(nis), static_cast<int>(rows.number(dof))}});
+      if (std::string text = suspect ? rows.text(*suspect) : ""; !text.empty())
+        report.suspect = std::move(text);
+    });
 }
 
-void add_searches(std::vector<Frame>& frames, const Table& table) {
-  const Column landmark = table.numbers("landmark"), u = table.numbers("u"), v = table.numbers("v"),
-               uu = table.numbers("S_uu"), uv = table.numbers("S_uv"), vv = table.numbers("S_vv"),
-               found_u = table.numbers("found_u"), found_v = table.numbers("found_v"),
-               rejected_u = table.numbers("refused_u"), rejected_v = table.numbers("refused_v");
-  for_rows(frames, table.stamps("timestamp"), [&](Frame& frame, std::size_t i) {
-    if (!frame.report || !(std::abs(landmark[i]) < 1e9)) return;
-    slam::Search search{static_cast<int>(landmark[i]), {u[i], v[i]}, Eigen::Matrix2d::Zero()};
-    search.S << uu[i], uv[i], uv[i], vv[i];
+/// A landmark's number, or nothing if the field is not one.
+std::optional<int> landmark_of(double number) {
+  return std::abs(number) < 1e9 ? std::optional(static_cast<int>(number)) : std::nullopt;
+}
+
+void add_searches(Frame& frame, FrameRows& rows, const std::vector<std::size_t>& c) {
+  rows.at(frame.t, [&] {
+    const auto id = landmark_of(rows.number(c[0]));
+    if (!frame.report || !id) return;
+    slam::Search search{*id, {rows.number(c[1]), rows.number(c[2])}, Eigen::Matrix2d::Zero()};
+    search.S << rows.number(c[3]), rows.number(c[4]), rows.number(c[4]), rows.number(c[5]);
     if (!search.S.allFinite() || !search.pixel.allFinite()) return;
-    search.used = std::isfinite(found_u[i]);
-    if (search.used) search.match = {found_u[i], found_v[i]};
-    if (std::isfinite(rejected_u[i])) search.match = {rejected_u[i], rejected_v[i]};
+    for (const std::size_t match : {6, 8})
+      if (const double u = rows.number(c[match]); std::isfinite(u))
+        search.match = {u, rows.number(c[match + 1])}, search.used |= match == 6;
     frame.report->searched.push_back(search);
   });
 }
 
-void add_landmarks(std::vector<Frame>& frames, const Table& table) {
-  const Column id = table.numbers("landmark"), u = table.numbers("u"), v = table.numbers("v");
-  const auto number = [&](std::size_t i) { return std::abs(id[i]) < 1e9 ? static_cast<int>(id[i]) : 0; };
-  for_rows(frames, table.stamps("begun"), [&](Frame& frame, std::size_t i) {
-    if (frame.report && std::isfinite(u[i] + v[i]))
-      frame.report->initialized.push_back({number(i), {u[i], v[i]}});
-  });
-  if (!table.has("ended")) return;  // results of earlier versions
-  const std::vector<std::string>& ends = table.text("ended");
-  for (std::size_t i = 0; i < ends.size(); ++i)
-    if (const auto t = files::parse_number<std::int64_t>(ends[i]))
-      if (Frame* const frame = frame_at(frames, slam::Stamp(*t)); frame && frame->report)
-        frame->report->deleted.push_back(number(i));
+/// Adds the current row of map.csv or map_over_time.csv, whose values are number(0), number(1) ...
+void add_point(Frame& frame, const auto& number) {
+  slam::MapPoint point;
+  const auto id = landmark_of(number(0));
+  point.p_W = {number(1), number(2), number(3)};
+  for (int k = 4, i = 0; i < 3; ++i)
+    for (int j = i; j < 3; ++j, ++k)
+      point.covariance(i, j) = point.covariance(j, i) = number(static_cast<std::size_t>(k));
+  if (!id || !point.p_W.allFinite() || !point.covariance.allFinite()) return;
+  point.id = *id;
+  if (!frame.map) frame.map.emplace();
+  frame.map->push_back(point);
 }
 
-/// Adds rows of map_over_time.csv to the frames with their stamps, or rows of map.csv, which has no stamps,
-/// to the last frame.
-void add_maps(std::vector<Frame>& frames, const Table& table) {
-  constexpr std::array kColumns{"p_W_x", "p_W_y", "p_W_z", "P_xx", "P_xy", "P_xz", "P_yy", "P_yz", "P_zz"};
-  const bool over_time = table.has("timestamp");
-  if (!over_time) frames.back().map.reset();
-  const Column id = table.numbers("id");
-  std::vector<Column> c;
-  for (const char* const column : kColumns) c.push_back(table.numbers(column));
-  const auto stamps = over_time ? table.stamps("timestamp") : std::vector(table.rows(), frames.back().t);
-  for_rows(frames, stamps, [&](Frame& frame, std::size_t i) {
-    slam::MapPoint point;
-    point.p_W = {c[0][i], c[1][i], c[2][i]};
-    point.covariance << c[3][i], c[4][i], c[5][i], c[4][i], c[6][i], c[7][i], c[5][i], c[7][i], c[8][i];
-    if (!(std::abs(id[i]) < 1e9) || !point.p_W.allFinite() || !point.covariance.allFinite()) return;
-    point.id = static_cast<int>(id[i]);
-    if (!frame.map) frame.map.emplace();
-    frame.map->push_back(point);
-  });
+constexpr std::array kSearch{"landmark", "u",       "v",       "S_uu",      "S_uv",
+                             "S_vv",     "found_u", "found_v", "refused_u", "refused_v"};
+constexpr std::array kPoint{"id", "p_W_x", "p_W_y", "p_W_z", "P_xx", "P_xy", "P_xz", "P_yy", "P_yz", "P_zz"};
+
+std::vector<std::size_t> columns_of(const std::optional<FrameRows>& rows, const auto& names) {
+  std::vector<std::size_t> all;
+  for (const char* const name : names)
+    if (rows) all.push_back(rows->column(name));
+  return all;
 }
+
+/// The files that FrameParts reads.
+struct Parts {
+  explicit Parts(const RunData& run)
+      : folder(run.folder),
+        end(run.frames.empty() ? slam::Stamp{0} : run.frames.back().t),
+        searches(rows_of(folder / "searches.csv")),
+        maps(rows_of(folder / "map_over_time.csv")) {
+    if (!fs::exists(folder / "landmarks.csv")) return;
+    const Table table(folder / "landmarks.csv");
+    const Column id = table.numbers("landmark"), u = table.numbers("u"), v = table.numbers("v");
+    const auto stamps = table.stamps("begun");
+    for (std::size_t i = 0; i < stamps.size(); ++i) {
+      const int number = landmark_of(id[i]).value_or(0);
+      if (std::isfinite(u[i] + v[i])) begun.emplace(stamps[i], slam::Sighting{number, {u[i], v[i]}});
+      if (!table.has("ended")) continue;  // results of earlier versions
+      if (const auto t = files::parse_number<std::int64_t>(table.text("ended")[i]))
+        ended.emplace(slam::Stamp(*t), number);
+    }
+  }
+
+  void add(Frame& frame) {
+    const auto each = [&](const auto& events, const auto& take) {
+      for (auto at = events.lower_bound(frame.t - kSame); at != events.end() && at->first <= frame.t + kSame;
+           ++at)
+        take(at->second);
+    };
+    if (frame.report) {
+      each(begun, [&](const slam::Sighting& s) { frame.report->initialized.push_back(s); });
+      each(ended, [&](int id) { frame.report->deleted.push_back(id); });
+    }
+    if (searches) add_searches(frame, *searches, search_columns);
+    if (maps)
+      maps->at(frame.t,
+               [&] { add_point(frame, [&](std::size_t i) { return maps->number(map_columns[i]); }); });
+    if (frame.t != end || !fs::exists(folder / "map.csv")) return;
+    const Table table(folder / "map.csv");
+    std::vector<Column> columns;
+    for (const char* const name : kPoint) columns.push_back(table.numbers(name));
+    frame.map.reset();
+    for (std::size_t row = 0; row < table.rows(); ++row)
+      add_point(frame, [&](std::size_t i) { return columns[i][row]; });
+  }
+
+  fs::path folder;
+  slam::Stamp end;
+  std::optional<FrameRows> searches, maps;
+  std::vector<std::size_t> search_columns = columns_of(searches, kSearch),
+                           map_columns = columns_of(maps, kPoint);
+  std::multimap<slam::Stamp, slam::Sighting> begun;
+  std::multimap<slam::Stamp, int> ended;
+};
 
 /// Aligns a positions-only truth, which is in its own frame, with the estimate; removes it if that is
 /// impossible.
@@ -173,20 +260,37 @@ void align_positions(std::vector<Frame>& frames) {
       frame.truth.reset();
 }
 
+std::future<std::vector<TumRow>> poses_of(const fs::path& file) {
+  return std::async(std::launch::async,
+                    [file] { return fs::exists(file) ? files::read_tum(file) : std::vector<TumRow>(); });
+}
+
+/// Throws FileError unless both files end at the same time.
+void require_same_end(const fs::path& planned, const std::vector<TumRow>& plan, const fs::path& walked,
+                      const std::vector<TumRow>& walk) {
+  if (!plan.empty() && (walk.empty() || walk.back().t != plan.back().t))
+    throw files::FileError(walked, "does not end like {}: one of them was truncated",
+                           planned.filename().string());
+}
+
 void read_frames(RunData& run) {
   std::vector<Frame>& frames = run.frames;
-  const std::vector<TumRow> truth = files::read_tum(run.folder / "truth.tum");
+  const fs::path truth_file = run.folder / "truth.tum", plan_file = run.folder / "plan.tum",
+                 estimate_file = run.folder / "estimate_cov.txt";
+  auto plan_of = poses_of(plan_file), estimate_of = poses_of(estimate_file);
+  const std::vector<TumRow> truth = files::read_tum(truth_file);
   frames.reserve(truth.size());
   for (const TumRow& row : truth) frames.push_back({.t = row.t, .truth = row.X});
-  const auto for_poses = [&](const char* file, const auto& add) {
-    for (const TumRow& row : files::read_tum(run.folder / file))
+  const auto for_frames = [&](const std::vector<TumRow>& rows, const auto& add) {
+    for (const TumRow& row : rows)
       if (Frame* const frame = frame_at(frames, row.t)) add(*frame, row);
   };
-  for_poses("plan.tum", [](Frame& frame, const TumRow& row) { frame.plan = row.X; });
-  if (fs::exists(run.folder / "estimate_cov.txt")) {
-    for_poses("estimate_cov.txt", [](Frame& frame, const TumRow& row) {
-      frame.estimate = row.X, frame.covariance = row.covariance;
-    });
+  const std::vector<TumRow> plan = plan_of.get(), estimate = estimate_of.get();
+  for_frames(plan, [](Frame& frame, const TumRow& row) { frame.plan = row.X; });
+  for_frames(estimate, [](Frame& frame, const TumRow& row) {
+    frame.estimate = row.X, frame.covariance = row.covariance;
+  });
+  if (fs::exists(estimate_file)) {
     run.estimate = path_of(frames, &Frame::estimate);
     run.truth_aligned = !run.value("rotation_rmse_deg") && run.value("ate_sim3_rmse_m");  // positions only
     if (run.truth_aligned)
@@ -194,37 +298,55 @@ void read_frames(RunData& run) {
     else
       run.errors = errors_of(frames, score::alignment_of(run.alignment) > score::Alignment::origin);
   }
-  if (fs::exists(run.folder / "odometry.tum")) {
-    Path& path = run.odometry.emplace();
-    for_poses("odometry.tum", [&](const Frame& frame, const TumRow& row) {
-      add(path, row.t, row.X);
-      run.odometry_error.push_back(frame.truth ? (row.X.translation() - frame.truth->translation()).norm()
-                                               : NAN);
-    });
-  }
   const auto paired = std::ranges::count_if(
       frames, [](const Frame& frame) { return frame.truth.has_value() && frame.estimate.has_value(); });
   if (const auto scored = run.value("poses_matched"); scored && static_cast<double>(paired) < *scored)
-    throw files::FileError(run.folder / "truth.tum",
+    throw files::FileError(truth_file,
                            "has only {} poses with an estimate, expected at least {:.0f} as in score.json: "
                            "it or estimate_cov.txt was truncated",
                            paired, *scored);
-  for (const auto& [planned, walked] :
-       {std::pair{"plan.tum", "truth.tum"}, {"waist_plan.tum", "waist_truth.tum"}}) {
-    const auto plan = files::read_tum(run.folder / planned), walk = files::read_tum(run.folder / walked);
-    if (!plan.empty() && (walk.empty() || walk.back().t != plan.back().t))
-      throw files::FileError(run.folder / walked, "does not end like {}: one of them was truncated", planned);
+  require_same_end(plan_file, plan, truth_file, truth);
+  if (const fs::path file = run.folder / "frames.csv"; fs::exists(file)) add_reports(frames, FrameRows(file));
+}
+
+/// Reads what only reports show.
+void read_rest(RunData& run) {
+  const fs::path& folder = run.folder;
+  const auto add = frame_parts(run);
+  for (Frame& frame : run.frames) add(frame);
+  run.truth = path_of(run.frames, &Frame::truth), run.plan = path_of(run.frames, &Frame::plan);
+  if (fs::exists(folder / "odometry.tum")) {
+    Path& path = run.odometry.emplace();
+    for (const TumRow& row : files::read_tum(folder / "odometry.tum"))
+      if (const Frame* const frame = frame_at(run.frames, row.t)) {
+        pages::add(path, row.t, row.X);
+        run.odometry_error.push_back(frame->truth ? (row.X.translation() - frame->truth->translation()).norm()
+                                                  : NAN);
+      }
   }
-  run.truth = path_of(frames, &Frame::truth), run.plan = path_of(frames, &Frame::plan);
-  if (run.filter_frames) add_reports(frames, *run.filter_frames);
-  if (frames.empty()) return;
-  for (const auto& [file, add] :
-       {std::pair{"searches.csv", &add_searches}, std::pair{"landmarks.csv", &add_landmarks},
-        std::pair{"map_over_time.csv", &add_maps}, std::pair{"map.csv", &add_maps}})
-    if (fs::exists(run.folder / file)) add(frames, Table(run.folder / file));
+  for (const auto& [file, table] : {std::pair{"frames.csv", &RunData::filter_frames},
+                                    {"feet.csv", &RunData::feet},
+                                    {"timing.csv", &RunData::frame_times},
+                                    {"answers.csv", &RunData::answers},
+                                    {"corrected_steps.csv", &RunData::corrected_steps}})
+    if (fs::exists(folder / file)) (run.*table).emplace(folder / file);
+  const auto waist = files::read_tum(folder / "waist_truth.tum"),
+             planned = files::read_tum(folder / "waist_plan.tum");
+  require_same_end(folder / "waist_plan.tum", planned, folder / "waist_truth.tum", waist);
+  run.waist_truth = path_of(waist), run.waist_plan = path_of(planned);
+  if (!fs::exists(folder / "waist_desired.tum")) return;
+  run.waist_desired = path_of(files::read_tum(folder / "waist_desired.tum"));
+  // The estimated waist, assuming the planned pose of the camera relative to the waist at the start.
+  if (run.estimate && !planned.empty() && run.frames.front().plan)
+    run.waist_estimate =
+        path_of(run.frames, &Frame::estimate, run.frames.front().plan->inverse() * planned.front().X);
 }
 
 }  // namespace
+
+std::function<void(Frame&)> frame_parts(const RunData& run) {
+  return [parts = std::make_shared<Parts>(run)](Frame& frame) { parts->add(frame); };
+}
 
 std::string RunData::setting(const std::string& key) const {
   const auto found = settings.find(key);
@@ -257,23 +379,8 @@ RunData read_run(const fs::path& folder, Reads reads) {
                                     {"frame_cpu_ms_median", &RunData::frame_cpu_ms_median},
                                     {"frame_cpu_ms_p99", &RunData::frame_cpu_ms_p99}})
     if (const auto value = timing ? timing->find(key) : std::nullopt) run.*member = value->number();
-  for (const auto& [file, table] : {std::pair{"frames.csv", &RunData::filter_frames},
-                                    {"feet.csv", &RunData::feet},
-                                    {"timing.csv", &RunData::frame_times},
-                                    {"answers.csv", &RunData::answers},
-                                    {"corrected_steps.csv", &RunData::corrected_steps}})
-    if (fs::exists(folder / file)) (run.*table).emplace(folder / file);
   read_frames(run);
-  run.waist_truth = read_path(folder / "waist_truth.tum");
-  run.waist_plan = read_path(folder / "waist_plan.tum");
-  if (fs::exists(folder / "waist_desired.tum")) {
-    run.waist_desired = read_path(folder / "waist_desired.tum");
-    // The estimated waist, assuming the planned pose of the camera relative to the waist at the start.
-    const auto waist = files::read_tum(folder / "waist_plan.tum");
-    if (run.estimate && !waist.empty() && run.frames.front().plan)
-      run.waist_estimate =
-          path_of(run.frames, &Frame::estimate, run.frames.front().plan->inverse() * waist.front().X);
-  }
+  if (reads == Reads::all) read_rest(run);
   return run;
 }
 

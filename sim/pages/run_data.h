@@ -3,6 +3,7 @@
 
 #include <array>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <numbers>
 #include <optional>
@@ -58,11 +59,16 @@ struct RunData : result::SeedScore {
   std::string label() const;
 };
 
-/// all: also the truth in the result's recording.
-enum class Reads { result, all };
+/// poses: errors, and frames with poses and the filter's state; all: also the truth in the result's
+/// recording.
+enum class Reads { poses, all };
 
 /// Reads a result. Throws FileError if it is not a result, if a file is missing or broken, or if its
 /// recording was edited.
 RunData read_run(const fs::path& result_folder, Reads reads = Reads::all);
+
+/// Returns a function that adds what the filter searched for and its map to frames of a run, which is called
+/// in chronological order. It reads the files as far as needed, and throws FileError.
+std::function<void(Frame&)> frame_parts(const RunData& run);
 
 }  // namespace sim::pages

@@ -411,7 +411,9 @@ std::string runs_in_detail(const PageRuns& runs) {
 }  // namespace
 
 std::string picture_strip(const RunData& run, std::size_t count) {
-  const std::vector<fs::path> files = image_files(run.frames, run.recording);
+  if (run.recording.empty()) return "";
+  const Pictures pictures(run.recording);
+  const std::vector<std::string> files = pictures.files(run.frames);
   std::vector<std::size_t> seen;
   for (std::size_t i = 0; i < files.size(); ++i)
     if (!files[i].empty()) seen.push_back(i);
@@ -419,7 +421,6 @@ std::string picture_strip(const RunData& run, std::size_t count) {
   std::string html =
       "<p class='soft'>Ellipses are the search regions of landmarks (3 sigma): green, with the matched 11 x "
       "11 patch, if the match was used; yellow otherwise.</p><div class='strip'>";
-  const Pictures pictures(run.recording);
   const rig::RigSensor head = recording::head_camera(pictures.setup());
   for (std::size_t k = 0; k < count; ++k) {
     const std::size_t i = seen[k * (seen.size() - 1) / (count - 1)];

@@ -1,5 +1,6 @@
 #include "sim/pages/table.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "sim/files/csv.h"
@@ -7,12 +8,19 @@
 
 namespace sim::pages {
 
+std::vector<std::string> names_of(std::vector<std::string> titles) {
+  for (std::string& title : titles) {
+    if (title.starts_with('#')) title.erase(0, 1);
+    title.resize(std::min(title.size(), title.find(" [")));
+  }
+  return titles;
+}
+
 Table::Table(const fs::path& file) : file_(file) {
   files::CsvReader csv(file);
   std::vector<std::vector<std::string>*> columns;
-  for (std::string title : csv.titles()) {
-    if (title.starts_with('#')) title.erase(0, 1);
-    const auto [column, is_new] = columns_.try_emplace(title.substr(0, title.find(" [")));
+  for (const std::string& name : names_of(csv.titles())) {
+    const auto [column, is_new] = columns_.try_emplace(name);
     if (!is_new) throw files::FileError(file_, 1, "has a duplicate column '{}'", column->first);
     columns.push_back(&column->second);
   }

@@ -15,8 +15,10 @@ namespace fs = std::filesystem;
 
 using Column = std::vector<double>;
 
-/// A comma-separated file, accessed by column name; extra columns are ignored. Units are removed from the
-/// names ("p_W_x [m]" becomes p_W_x), and so is a '#' at the start of the first one.
+/// Returns the names of columns without units ("p_W_x [m]" becomes p_W_x) and without a '#' at the start.
+std::vector<std::string> names_of(std::vector<std::string> titles);
+
+/// A comma-separated file, accessed by column name; extra columns are ignored.
 class Table {
  public:
   /// Throws FileError if the file cannot be read, or if it has duplicate columns or a row of different

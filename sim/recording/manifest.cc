@@ -39,7 +39,7 @@ Manifest::Manifest(const fs::path& folder) : folder_(folder) {
   while (rows.next()) {
     if (rows.text(0).size() != 32) rows.fail(0, "expected a hash of 32 hexadecimal digits");
     if (rows.integer(1) < 0) rows.fail(1, "a negative size");
-    files::contained_path(folder, rows.text(2));
+    files::require_below(folder, rows.text(2));
     const Entry entry{std::uint64_t(rows.integer(1)), std::string(rows.text(0))};
     if (!entries_.emplace(rows.text(2), entry).second) rows.fail(2, "this file is listed twice");
   }
@@ -63,9 +63,10 @@ void Manifest::read_pieces(const std::string& path, std::uintmax_t most,
                            const std::function<void(std::string_view)>& take) const {
   const auto listed = entries_.find(path);
   if (listed == entries_.end()) throw files::FileError(folder_ / kName, "does not list " + path);
-  if (!fs::exists(folder_ / path)) throw files::FileError(folder_ / path, "is missing");
+  const fs::path file = files::contained_path(folder_, path);
+  if (!fs::exists(file)) throw files::FileError(file, "is missing");
   files::Hash found;
-  files::InputFile input(folder_ / path, most);
+  files::InputFile input(file, most);
   for (std::string_view piece; !(piece = input.next()).empty(); take(piece)) found.add(piece);
   const auto& [bytes, hash] = listed->second;
   if (found.bytes() != bytes) throw files::FileError(folder_ / path, wrong_size(bytes, found.bytes()));

@@ -25,7 +25,8 @@ class ManifestWriter {
 /// A folder's `manifest.csv`, and the checks against it.
 class Manifest {
  public:
-  /// Throws FileError if the manifest is missing, invalid, or lists a path (or link) outside the folder.
+  /// Throws FileError if the manifest is missing, invalid, or lists a path outside the folder. Links are
+  /// checked when a file is read.
   explicit Manifest(const fs::path& folder);
 
   /// Throws FileError for the first listed file that is missing or has a different size. Reads no file.

@@ -68,6 +68,9 @@ struct RigFormat {
 /// Returns the recorded form of a kind of sensor.
 const RigFormat& format_of(rig::Kind kind);
 
+/// Reads the setup of a recording. Throws FileError.
+RecordingSetup read_setup(const fs::path& folder, const Manifest& manifest);
+
 /// Returns the head camera as a sensor of the rig.
 rig::RigSensor head_camera(const RecordingSetup& setup);
 

@@ -120,41 +120,66 @@ slam::RigReading read_rig_file(const fs::path& folder, const Manifest& manifest,
   return reading;
 }
 
+namespace {
+
+/// A recording's setup, and the starts of the first intervals of the chest IMU and of the rig's IMUs.
+struct StatedSetup {
+  RecordingSetup setup;
+  std::optional<slam::Stamp> imu_begin;
+  std::vector<std::optional<slam::Stamp>> rig_begins;
+
+  StatedSetup(const fs::path& folder, const Manifest& manifest) {
+    const auto yaml = [&](const std::string& name) {
+      return YamlFile{folder / name, manifest.read(name, files::kMostOfYaml)};
+    };
+    setup.joints = read_joints(yaml(sensor_file(body_sensors()[0].name)));
+    read_camera_yaml(yaml(sensor_file("cam0")), setup);
+    read_plan_yaml(yaml(sensor_file("plan0")), setup);
+    const StatedImu chest = read_imu_yaml(yaml(sensor_file("imu0")));
+    setup.imu_rate_hz = chest.rate_hz, imu_begin = chest.begin;
+    for (const std::string& name : read_body_yaml(yaml(kBody))) {
+      const auto [sensor, begin] = read_rig_sensor_yaml(yaml(sensor_file(name)), name);
+      setup.rig.push_back(sensor), rig_begins.push_back(begin);
+    }
+    for (const rig::RigSensor& sensor : setup.rig)
+      if (const int with = rig::partner(setup.rig, sensor);
+          sensor.kind == rig::Kind::depth && sensor.aligned_with != rig::kHeadCamera &&
+          (with < 0 || setup.rig[std::size_t(with)].kind > rig::Kind::color))
+        throw files::FileError(folder / sensor_file(sensor.name),
+                               "aligned_with: the rig has no gray or color camera {}", sensor.aligned_with);
+  }
+};
+
+}  // namespace
+
+RecordingSetup read_setup(const fs::path& folder, const Manifest& manifest) {
+  return StatedSetup(folder, manifest).setup;
+}
+
 struct RecordingReader::Files {
   explicit Files(const fs::path& folder_) : folder(folder_) {
     manifest.check_sizes();
     for (const std::string& name : {sensor_file(kMotion), sensor_rows(kMotion)})
       manifest.check(name);  // for other readers
-    setup.joints = read_joints(yaml(sensor_file(body_sensors()[0].name)));
+    StatedSetup stated(folder, manifest);
+    setup = std::move(stated.setup);
     for (const BodySensor& sensor : body_sensors()) {
       manifest.check(sensor_file(sensor.name));
       body.emplace_back(files::CsvReader(manifest.check(sensor_rows(sensor.name)),
                                          {kStampColumn + sensor.columns(setup.joints)}),
                         kEpoch);
     }
-    read_camera_yaml(yaml(sensor_file("cam0")), setup);
-    read_plan_yaml(yaml(sensor_file("plan0")), setup);
     for (std::size_t i = 0; i < sources.size(); ++i)
       if (const MotionSource& source = motion_sources()[i]; manifest.lists(sensor_rows(source.name))) {
         manifest.check(sensor_file(source.name));
         sources[i].emplace(files::CsvReader(manifest.check(sensor_rows(source.name)), {source.header}),
                            kEpoch);
       }
-    const StatedImu chest = read_imu_yaml(yaml(sensor_file("imu0")));
-    setup.imu_rate_hz = chest.rate_hz;
-    imu.emplace(manifest, folder, "imu0", true, chest.begin);
-    for (const std::string& name : read_body_yaml(yaml(kBody))) {
-      const auto [sensor, begin] = read_rig_sensor_yaml(yaml(sensor_file(name)), name);
-      setup.rig.push_back(sensor);
-      rig.emplace_back(manifest, folder, name, sensor.kind == rig::Kind::imu, begin);
-    }
+    imu.emplace(manifest, folder, "imu0", true, stated.imu_begin);
+    for (std::size_t i = 0; i < setup.rig.size(); ++i)
+      rig.emplace_back(manifest, folder, setup.rig[i].name, setup.rig[i].kind == rig::Kind::imu,
+                       stated.rig_begins[i]);
     head = head_camera(setup);
-    for (const rig::RigSensor& sensor : setup.rig)
-      if (const int with = rig::partner(setup.rig, sensor);
-          sensor.kind == rig::Kind::depth && sensor.aligned_with != head.name &&
-          (with < 0 || setup.rig[std::size_t(with)].kind > rig::Kind::color))
-        throw files::FileError(folder / sensor_file(sensor.name),
-                               "aligned_with: the rig has no gray or color camera {}", sensor.aligned_with);
   }
 
   fs::path folder;
@@ -167,10 +192,6 @@ struct RecordingReader::Files {
   std::deque<StampedRows> body;                       // in the order of body_sensors()
   std::deque<SensorRows> rig;                         // in the order of setup.rig
   std::array<std::optional<StampedRows>, 3> sources;  // in the order of motion_sources()
-
-  YamlFile yaml(const std::string& name) const {
-    return {folder / name, manifest.read(name, files::kMostOfYaml)};
-  }
 
   // The rows of all body sensors have the same stamps.
   void add_body(slam::Observation& observation) {

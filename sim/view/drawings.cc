@@ -1,4 +1,4 @@
-// The time series that the page draws, and the pictures of a video.
+// The time series that the page draws, the feet, and the pictures of a video.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -39,7 +39,7 @@ std::optional<Eigen::Vector2d> zero_moment_point(const std::array<SoleForce, 2>&
   return weighted / load;
 }
 
-void Series::add(Frame& frame) {
+void Series::add(const Frame& frame) {
   // NaN in frames without an estimate.
   const pages::FrameError e = error_of(frame).value_or(pages::FrameError{});
   Row row;
@@ -54,35 +54,36 @@ void Series::add(Frame& frame) {
   if (frame.report) {
     row[10] = frame.report->landmarks;
     row[19] = static_cast<double>(frame.report->health);
-    row[11] = static_cast<double>(std::ranges::count_if(frame.report->searched, &slam::Search::used));
+    row[11] = frame.report->accepted;
     for (std::size_t i = 0; i < score::kSensors.size(); ++i)
       if (const auto nis = slam::nis_of(frame.report->innovations, score::kSensors[i]); nis && nis->dof > 0)
         row[15 + i] = nis->value / nis->dof;
   }
-  if (frame.feet) follow_feet(frame, row);
+  for (std::size_t i = 0; frame.feet && i < 2; ++i) row[12 + i] = kMm * (*frame.feet)[i].slip_m;
+  row[14] = kMm * frame.margin_m;
   rows_.push_back(row);
 }
 
-void Series::follow_feet(Frame& frame, Row& row) {
+void Footing::add(Frame& frame) {
+  frame.support.clear();
   std::vector<cv::Point2f> corners;
-  for (std::size_t i = 0; i < 2; ++i) {
+  for (std::size_t i = 0; frame.feet && i < 2; ++i) {
     FootPlace& foot = (*frame.feet)[i];
     if (foot.load_n > kLoaded_n && !landed_[i]) landed_[i] = foot.truth;
     if (foot.load_n < kUnloaded_n) landed_[i].reset();
     foot.landed = landed_[i];
-    if (landed_[i]) row[12 + i] = kMm * (foot.truth - *landed_[i]).head<2>().norm();
+    if (landed_[i]) foot.slip_m = (foot.truth - *landed_[i]).head<2>().norm();
     for (int k = 0; sole_ && foot.load_n > kUnloaded_n && k < 4; ++k) {
       const Eigen::Vector2d corner = sole_->corner(Eigen::AlignedBox2d::CornerType(k)),
                             p = foot.truth.head<2>() + Eigen::Rotation2Dd(foot.truth.z()) * corner;
       corners.emplace_back(static_cast<float>(p.x()), static_cast<float>(p.y()));
     }
   }
-  frame.support.clear();
   if (corners.empty()) return;
   cv::convexHull(corners, frame.support);
   if (!frame.zmp) return;
   const cv::Point2f zmp(static_cast<float>(frame.zmp->x()), static_cast<float>(frame.zmp->y()));
-  row[14] = kMm * cv::pointPolygonTest(frame.support, zmp, true);
+  frame.margin_m = cv::pointPolygonTest(frame.support, zmp, true);
 }
 
 std::string Series::bytes() const {

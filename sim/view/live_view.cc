@@ -34,7 +34,7 @@ LiveView::LiveView(const Access& access, ShownRun run, bool control, bool real_t
         return site;
       }()),
       rig_{Readings(run.rig.size()), 0, {}},
-      series_(run.sole),
+      footing_(run.sole),
       server_(access, {[this](std::string_view path) { return site_.at(path, server_.access().token); },
                        "gaitslam.view.v1", [this](Client& client) { opened(client); },
                        [this](Client& client, std::string_view said) { received(client, said); },
@@ -73,6 +73,7 @@ bool LiveView::wants_map() {
 }
 
 void LiveView::show(Frame frame) {
+  footing_.add(frame);
   series_.add(frame);
   keep(frame);
   if (!std::exchange(due_, true)) return;

@@ -142,6 +142,7 @@ class LiveView {
   } last_shown_;
   std::size_t frames_ = 0;
   bool due_ = true;  // a frame of this observation will be sent
+  Footing footing_;
   Series series_;
   std::mutex past_mutex_;
   std::vector<std::string> past_;  // frames without images, for pages opened later

@@ -69,7 +69,7 @@ void add_report(ordered_json& to, const slam::FrameReport& report) {
 
 ordered_json to_json(const FootPlace& foot) {
   ordered_json all{{"plan", list(foot.plan)}, {"planned_down", foot.planned_down}};
-  if (foot.landed) all["landed"] = list(*foot.landed);
+  if (foot.landed) all["landed"] = list(*foot.landed), all["slip"] = pages::kMm * foot.slip_m;
   return all;
 }
 
@@ -86,6 +86,7 @@ ordered_json to_json(const Frame& frame) {
   if (frame.zmp) all["zmp"] = list(*frame.zmp);
   for (const cv::Point2f& corner : frame.support)
     all["support"].push_back(list(std::array{corner.x, corner.y}));
+  if (std::isfinite(frame.margin_m)) all["margin"] = pages::kMm * frame.margin_m;
   if (frame.estimate && frame.covariance)
     all["ellipsoid"] = ellipsoid(frame.covariance->bottomRightCorner<3, 3>());
   if (frame.report) add_report(all, *frame.report);

@@ -27,6 +27,7 @@ namespace sim::view {
 namespace {
 
 using nlohmann::ordered_json;
+namespace recording_format = recording::recording_format;
 
 Resource resource(std::string type, std::string_view bytes) {
   return {std::move(type), std::make_shared<const std::string>(bytes)};
@@ -74,46 +75,55 @@ ordered_json json_of(const ShownRun& run) {
           {"palette", run.rig.empty() ? ordered_json(nullptr) : ordered_json(colors)}};
 }
 
-// Adds feet and zero-moment point. frames: in chronological order.
-void add_feet(std::vector<Frame>& frames, const recording::Truth& truth, exports::RecordedRows forces) {
-  std::size_t row = 0;
-  const auto& feet = truth.feet;
-  for (Frame& frame : frames) {
-    while (row + 1 < feet.size() && feet[row + 1].t <= frame.t) ++row;
-    if (row < feet.size()) frame.feet = {FootPlace{feet[row].left}, FootPlace{feet[row].right}};
-    forces.until(frame.t);
-    if (const std::vector<double>& f = forces.newest; f.size() == 12 && frame.feet) {
-      const auto sole = [&](std::size_t foot) {
-        const auto vector = [&](std::size_t first) { return Eigen::Vector3d(&f[6 * foot + first]); };
-        return SoleForce{(*frame.feet)[foot].truth, vector(0), vector(3)};
-      };
-      frame.zmp = zero_moment_point({sole(0), sole(1)});
-    }
+/// What a recording adds to frames, in chronological order: feet, the zero-moment point, and the robot's
+/// bodies.
+class RecordedMotion {
+ public:
+  explicit RecordedMotion(const recording::Manifest& manifest)
+      : feet_(manifest, recording_format::kFeet.file),
+        forces_(manifest, recording_format::sensor_rows("forces0")),
+        waist_(manifest, recording_format::kTrueWaist.file),
+        encoders_(manifest, recording_format::sensor_rows("encoders0")) {
+    for (exports::RecordedRows* rows : {&feet_, &forces_, &waist_, &encoders_}) rows->first();
   }
-}
 
-/// Returns a function that adds the robot's bodies, to be called for each frame in chronological order.
-std::function<void(Frame&)> robot_poses(std::vector<files::TimedPose> waist,
-                                        const std::shared_ptr<exports::RecordedRows>& encoders,
-                                        const RobotModel& robot) {
-  return
-      [waist = std::move(waist), encoders, poses = robot.poses, row = std::size_t{0}](Frame& frame) mutable {
-        while (row < waist.size() && waist[row].t < frame.t) ++row;
-        encoders->until(frame.t);
-        if (const std::vector<double>& q = encoders->newest;
-            !q.empty() && row < waist.size() && waist[row].t == frame.t)
-          frame.bodies = poses(Eigen::Map<const Eigen::VectorXd>(q.data(), std::ssize(q)), waist[row].X,
-                               slam::seconds(frame.t));
-      };
-}
+  bool has_joints() const { return !encoders_.newest.empty(); }
+
+  /// robot: may be absent.
+  void add(Frame& frame, const std::optional<RobotModel>& robot) {
+    for (exports::RecordedRows* rows : {&feet_, &forces_, &waist_, &encoders_}) rows->until(frame.t);
+    if (feet_.newest.size() >= 22) frame.feet = {foot(&feet_.newest[0]), foot(&feet_.newest[11])};
+    if (forces_.newest.size() == 12 && frame.feet)
+      frame.zmp = zero_moment_point({sole(frame, 0), sole(frame, 1)});
+    const std::vector<double>&q = encoders_.newest, &X = waist_.newest;
+    if (!robot || q.empty() || X.size() != 12) return;
+    Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
+    X_WB.translation() = Eigen::Vector3d(&X[0]);
+    X_WB.linear() = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(&X[3]);
+    frame.bodies = robot->poses(Eigen::Map<const Eigen::VectorXd>(q.data(), std::ssize(q)), X_WB,
+                                slam::seconds(frame.t));
+  }
+
+ private:
+  static FootPlace foot(const double* v) {
+    return {{Eigen::Vector3d(v), Eigen::Vector3d(v + 3), v[6] == 1, v[7], Eigen::Vector3d(v + 8)}};
+  }
+  SoleForce sole(const Frame& frame, std::size_t foot) const {
+    const double* const f = &forces_.newest[6 * foot];
+    return {(*frame.feet)[foot].truth, Eigen::Vector3d(f), Eigen::Vector3d(f + 3)};
+  }
+
+  exports::RecordedRows feet_, forces_, waist_, encoders_;
+};
 
 constexpr std::size_t kMostCandidates = 2000;  // folders that are searched for a recording
 
 bool has_recording(const fs::path& result, const std::string& hash) try {
-  return fs::exists(result / "recording/manifest.csv") &&
-         recording::Manifest(result / "recording").hash() == hash;
-} catch (const std::exception&) {
-  return false;  // broken, so it is not the recording
+  files::Hash own;
+  own.add(files::read_text(result / "recording/manifest.csv", files::kMostOfRows));
+  return own.hex() == hash;
+} catch (const files::FileError&) {
+  return false;
 }
 
 /// Returns the recording of a result: its own, or the one with this hash in the enclosing folder, in the
@@ -157,7 +167,7 @@ std::vector<Moment> moments_of(const pages::RunData& data, const scenario::Scena
   return all;
 }
 
-void add_missing(Playback& playback, const fs::path& result, const std::string& hash) {
+void add_missing(Playback& playback, const fs::path& result, const std::string& hash, bool has_joints) {
   const auto none = [&](const auto& has) { return std::ranges::none_of(playback.frames, has); };
   std::vector<std::string>& missing = playback.run.missing;
   if (!playback.pictures)
@@ -167,7 +177,7 @@ void add_missing(Playback& playback, const fs::path& result, const std::string& 
                                    "{}, nor in neighboring results, nor in the recording cache. View the "
                                    "result together with the result of its walk.",
                                    hash.substr(0, 12), (result / "recording").string()));
-  else if (playback.run.model && !playback.add_bodies)
+  else if (playback.run.model && !has_joints)
     missing.emplace_back("The robot is not shown: the recording has no joint angles.");
   if (none([](const Frame& frame) { return frame.estimate.has_value(); }))
     missing.emplace_back("No estimate: the run had no filter, or the filter gave no estimate.");
@@ -184,16 +194,15 @@ std::vector<std::size_t> pieces_of(const std::vector<Frame>& frames) {
 }
 
 void add_frames(Site& site, std::size_t run, const std::shared_ptr<Playback>& playback) {
-  Series series(playback->run.sole);
-  for (Frame& frame : playback->frames) series.add(frame);
+  Series series;
+  for (const Frame& frame : playback->frames) series.add(frame);
   site.add(fmt::format("/series/{}", run), bytes_resource(series.bytes()));
   const std::vector<std::size_t> begins = pieces_of(playback->frames);
   site.add_list(
       fmt::format("/frames/{}", run),
-      [playback, begins, posed = std::size_t{0}](std::size_t piece) mutable -> std::optional<Resource> {
+      [playback, begins, done = std::size_t{0}](std::size_t piece) mutable -> std::optional<Resource> {
         if (piece + 1 >= begins.size()) return std::nullopt;
-        for (; playback->add_bodies && posed < begins[piece + 1]; ++posed)
-          playback->add_bodies(playback->frames[posed]);
+        for (; done < begins[piece + 1]; ++done) playback->complete(playback->frames[done]);
         ordered_json frames = ordered_json::array();
         for (std::size_t i = begins[piece]; i < begins[piece + 1]; ++i) {
           frames.push_back(to_json(playback->frames[i]));
@@ -235,35 +244,36 @@ bool tracks(const Frame& frame) {
 /// Returns the errors of two runs over the frames that both track, as rows of the table of changes; none if
 /// both track until the same time.
 ordered_json common_rows(const Playback& a, const Playback& b, const std::vector<std::string>& titles) {
-  std::array<std::vector<pages::FrameError>, 2> errors;
   std::array<slam::Stamp, 2> ends{};
+  Eigen::Matrix2d squares = Eigen::Matrix2d::Zero();  // position and heading; a and b
+  double count = 0;
   auto other = b.frames.begin();
   for (const Frame& frame : a.frames) {
     while (other != b.frames.end() && other->t < frame.t) ++other;
-    const bool of_b = other != b.frames.end() && other->t == frame.t && tracks(*other);
-    if (tracks(frame)) ends[0] = frame.t;
+    const bool of_a = tracks(frame), of_b = other != b.frames.end() && other->t == frame.t && tracks(*other);
+    if (of_a) ends[0] = frame.t;
     if (of_b) ends[1] = frame.t;
-    if (tracks(frame) && of_b) errors[0].push_back(*error_of(frame)), errors[1].push_back(*error_of(*other));
+    if (!of_a || !of_b) continue;
+    ++count;
+    for (const int run : {0, 1}) {
+      const Eigen::Vector4d e = error_of(run == 0 ? frame : *other)->error;
+      squares.col(run) += Eigen::Vector2d(e.head<3>().squaredNorm(), e(3) * e(3));
+    }
   }
   ordered_json rows = ordered_json::array();
-  if (ends[0] == ends[1] || errors[0].empty()) return rows;
+  if (ends[0] == ends[1] || count == 0) return rows;
   const double end_s = slam::seconds(std::min(ends[0], ends[1]));
-  const auto add = [&](const char* name, const char* unit, double factor, const auto& square) {
-    std::array<double, 2> value{};
-    for (std::size_t run = 0; run < 2; ++run) {
-      for (const pages::FrameError& e : errors[run]) value[run] += square(e);
-      value[run] = factor * std::sqrt(value[run] / static_cast<double>(errors[run].size()));
-    }
+  const auto change = std::ranges::find(titles, "change from A to B") - titles.begin();
+  for (const auto& [name, unit, factor, i] :
+       {std::tuple{"position", "mm", pages::kMm, 0}, {"heading", "deg", pages::kDeg, 1}}) {
+    const Eigen::RowVector2d rms = factor * (squares.row(i) / count).cwiseSqrt();
     std::vector<std::string> cells(titles.size());
     cells[0] = fmt::format("RMS error of {} while both track, to {:.1f} s [{}]", name, end_s, unit);
-    for (std::size_t run = 0; run < 2; ++run) cells[1 + run] = fmt::format("{:.4g}", value[run]);
-    const auto change = std::ranges::find(titles, "change from A to B") - titles.begin();
-    cells[static_cast<std::size_t>(change)] = fmt::format("{:+.3g}", value[1] - value[0]);
+    cells[1] = fmt::format("{:.4g}", rms(0)), cells[2] = fmt::format("{:.4g}", rms(1));
+    cells[static_cast<std::size_t>(change)] = fmt::format("{:+.3g}", rms(1) - rms(0));
     rows.push_back(
         {{"key", false}, {"cells", cells}, {"remark", "over the common tracked time"}, {"t", end_s}});
-  };
-  add("position", "mm", pages::kMm, [](const auto& e) { return e.error.template head<3>().squaredNorm(); });
-  add("heading", "deg", pages::kDeg, [](const auto& e) { return e.error(3) * e.error(3); });
+  }
   return rows;
 }
 
@@ -292,6 +302,17 @@ ordered_json changes_of(const std::vector<std::shared_ptr<Playback>>& results) {
   }
   return {{"titles", table.titles}, {"rows", rows}};
 }
+
+/// Readers of a recording; absent without one.
+struct Recorded {
+  explicit Recorded(const fs::path& recording) {
+    if (recording.empty()) return;
+    pictures = std::make_shared<const pages::Pictures>(recording);
+    motion = std::make_shared<RecordedMotion>(pictures->manifest());
+  }
+  std::shared_ptr<const pages::Pictures> pictures;
+  std::shared_ptr<RecordedMotion> motion;
+};
 
 }  // namespace
 
@@ -378,43 +399,43 @@ Playback read_playback(const fs::path& result, const MakeRobot& make_robot,
                        const std::vector<fs::path>& given) {
   const scenario::Scenario scenario = scenario::read_scenario(result / "scenario.yaml").scenario;
   const fs::path recording = recording_of(result, result::read_about(result / "about.json").recording, given);
-  auto robot_of = std::async(std::launch::async,
-                             [&] { return make_robot ? std::optional(make_robot(scenario)) : std::nullopt; });
-  auto recorded_of = std::async(std::launch::async, [&] {
-    return recording.empty() ? std::nullopt : std::optional(recording::read_truth(recording));
-  });
-  pages::RunData data = pages::read_run(result, pages::Reads::result);
+  const auto robot = std::async(std::launch::async, [&] {
+                       return make_robot ? std::optional(make_robot(scenario)) : std::nullopt;
+                     }).share();
+  auto recorded_of = std::async(std::launch::async, [&] { return Recorded(recording); });
+  pages::RunData data = pages::read_run(result, pages::Reads::poses);
   Playback playback;
+  auto parts = pages::frame_parts(data);
   playback.frames = std::move(data.frames);
   if (playback.frames.empty())
     throw files::FileError(result / "truth.tum", "has no poses, expected one per frame");
-  const std::optional<RobotModel> robot = robot_of.get();
-  add_robot(playback.run, robot);
-  if (!recording.empty()) {
-    data.recorded = recorded_of.get();
-    add_feet(playback.frames, *data.recorded, exports::RecordedRows(recording, "forces0"));
-    const auto encoders = std::make_shared<exports::RecordedRows>(recording, "encoders0");
-    if (robot && !encoders->names.empty())
-      playback.add_bodies = robot_poses(data.recorded->waist, encoders, *robot);
-    playback.pictures = std::make_shared<const pages::Pictures>(recording);
-    playback.run.camera = playback.pictures->setup().calibration.camera;
-    playback.run.rig = playback.pictures->setup().rig;
+  add_robot(playback.run, robot.get());
+  playback.images.resize(playback.frames.size());
+  const auto [pictures, motion] = recorded_of.get();
+  if (pictures) {
+    playback.pictures = pictures;
+    playback.images = pictures->files(playback.frames);
+    playback.run.camera = pictures->setup().calibration.camera;
+    playback.run.rig = pictures->setup().rig;
     for (const rig::RigSensor& sensor : playback.run.rig)
-      playback.rig.push_back(sensor.kind == rig::Kind::imu
-                                 ? std::vector<fs::path>()
-                                 : pages::image_files(playback.frames, recording, sensor.name));
+      playback.rig.push_back(sensor.kind == rig::Kind::imu ? std::vector<std::string>()
+                                                           : pictures->files(playback.frames, sensor.name));
   }
-  playback.images = recording.empty() ? std::vector<fs::path>(playback.frames.size())
-                                      : pages::image_files(playback.frames, recording);
+  playback.complete = [parts, motion = motion, robot = robot.get(),
+                       footing = Footing(playback.run.sole)](Frame& frame) mutable {
+    parts(frame);
+    if (motion) motion->add(frame, robot);
+    footing.add(frame);
+  };
   add_image_errors(playback, scenario);
   playback.run.label = data.label();
   playback.run.scenario = data.scenario, playback.run.seed = data.seed;
   playback.run.recording = data.about.recording;
   if (playback.run.recording.empty() && !recording.empty())
-    playback.run.recording = recording::Manifest(recording).hash();
+    playback.run.recording = pictures->manifest().hash();
   playback.run.duration_s = slam::seconds(playback.frames.back().t);
   playback.run.moments = moments_of(data, scenario, playback.run.duration_s);
-  add_missing(playback, result, data.about.recording);
+  add_missing(playback, result, data.about.recording, motion && motion->has_joints());
   playback.data = std::move(data);
   return playback;
 }
@@ -452,7 +473,7 @@ Site playback_site(std::vector<Playback> given, ordered_json about) {
     if (results[i]->errors) add_seen(site, i, results[i]);
     std::vector<rig::RigSensor> sensors = results[i]->run.rig;
     sensors.push_back(recording::head_camera(results[i]->pictures->setup()));
-    std::vector<std::vector<fs::path>> files = results[i]->rig;
+    std::vector<std::vector<std::string>> files = results[i]->rig;
     files.push_back(results[i]->images);
     add_rig(
         site, sensors.size(), i,

@@ -132,20 +132,24 @@ class Series {
                                      "nis_height", "health"};
   using Row = std::array<double, kNames.size()>;
 
-  /// sole: the outline of both soles; without it, there is no support polygon.
-  explicit Series(const std::optional<Eigen::AlignedBox2d>& sole) : sole_(sole) {}
-
-  /// Adds a frame and completes it with where each foot landed and the support polygon.
-  void add(Frame& frame);
+  void add(const Frame& frame);
   const std::vector<Row>& rows() const { return rows_; }
   /// Returns with_length() of the list of names, then the columns as float32.
   std::string bytes() const;
 
  private:
-  void follow_feet(Frame& frame, Row& row);
-
-  std::optional<Eigen::AlignedBox2d> sole_;
   std::vector<Row> rows_;
+};
+
+/// Completes frames in chronological order with where each foot landed and slipped, and the support polygon.
+class Footing {
+ public:
+  /// sole: the outline of both soles; without it, there is no support polygon.
+  explicit Footing(const std::optional<Eigen::AlignedBox2d>& sole) : sole_(sole) {}
+  void add(Frame& frame);
+
+ private:
+  std::optional<Eigen::AlignedBox2d> sole_;
   std::array<std::optional<Eigen::Vector3d>, 2> landed_;
 };
 
@@ -169,14 +173,15 @@ MakeRobot robot_maker(const fs::path& models);
 struct Playback {
   ShownRun run;
   pages::RunData data;        ///< without its frames, which are below
-  std::vector<Frame> frames;  ///< without images and bodies
-  /// Adds the bodies to each frame, in chronological order; empty without a robot.
-  std::function<void(Frame&)> add_bodies = {};
-  std::vector<fs::path> images;  ///< PNG of each frame, or empty
+  std::vector<Frame> frames;  ///< with poses and the filter's state
+  /// Adds the rest except the image to each frame, in chronological order, reading the files as far as
+  /// needed.
+  std::function<void(Frame&)> complete = [](Frame&) {};
+  std::vector<std::string> images;  ///< PNG of each frame, or ""
   std::vector<std::optional<std::size_t>>
       sources;  ///< frame whose image reached the estimator with each frame
   std::optional<sensor_errors::ImageErrors> errors;  ///< of these images; absent without an estimator
-  std::vector<std::vector<fs::path>> rig = {};       ///< the same for each rig sensor
+  std::vector<std::vector<std::string>> rig = {};    ///< the same for each rig sensor
   std::shared_ptr<const pages::Pictures> pictures;   ///< absent without a recording
 };
 

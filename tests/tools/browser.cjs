@@ -2,7 +2,6 @@
 const {spawn} = require('child_process');
 const fs = require('fs');
 
-const kLongest_ms = 120000;
 
 // Commands go through a pipe as JSON messages, each ending with a zero byte.
 class Browser {
@@ -22,6 +21,7 @@ class Browser {
       ],
       {stdio: ['ignore', 'ignore', 'ignore', 'pipe', 'pipe']}
     );
+    this.longest_ms = 120000; // of a wait
     this.waiting = new Map();
     this.said = [];
     this.sent = 0;
@@ -85,7 +85,7 @@ class Browser {
 
   /// Waits until a function in the page returns true.
   async when(condition, ...values) {
-    for (const end = Date.now() + kLongest_ms; Date.now() < end; await this.rest(20))
+    for (const end = Date.now() + this.longest_ms; Date.now() < end; await this.rest(20))
       if (await this.call(condition, ...values)) return;
     const text = await this.value('document.body.innerText.slice(0, 400)');
     throw new Error(`never came true: ${condition}; the page said: ${this.said.join('; ')}; ${text}`);

@@ -30,7 +30,7 @@ using LongViewTest = ViewTest;
 
 TEST_F(ViewTest, TheLivePageShowsTheWalkAndObeysItsControls) {
   // Long enough for a browser on a busy machine to slow it down.
-  write("long.yaml", scenario_of("{straight: {forward_m: 0.6}}, {stand: {duration_s: 90}}", "rate_hz: 10"));
+  write("long.yaml", scenario_of("{straight: {forward_m: 0.6}}, {stand: {duration_s: 60}}", "rate_hz: 10"));
   const json found =
       browsed("run long.yaml --view --control --wait --out live", "live", "", "kill -INT $!; wait $!");
   EXPECT_GT(found["later"]["bodies"], 20);
@@ -46,7 +46,7 @@ TEST_F(ViewTest, TheLivePageShowsTheWalkAndObeysItsControls) {
   EXPECT_EQ(found["speed"], "1") << "the run starts in real time";
   EXPECT_EQ(found["ended"], "playback") << "the end turns the page into a playback";
   EXPECT_EQ(found["after"], 1) << "also after a reload";
-  EXPECT_GT(found["received"], 900) << "with all frames";
+  EXPECT_GT(found["received"], 600) << "with all frames";
   EXPECT_EQ(found["paused_frames"], 0);
   EXPECT_GE(found["stepped_frames"], 1);
   EXPECT_LE(found["stepped_frames"], 2);
@@ -57,11 +57,10 @@ TEST_F(ViewTest, TheLivePageShowsTheWalkAndObeysItsControls) {
 
 TEST_F(ViewTest, CanBeInterruptedWhileItReadsItsResults) {
   short_walks("walks");
-  shell(
-      "yes '#' | head -c 100000000 >>walks/seed-1/waist_plan.tum; env --default-signal=INT '" GAITSLAM_PROGRAM
-      "' view walks/seed-1 >url & until ls -l /proc/$!/fd | grep -q waist_plan.tum; do kill -0 $! || exit "
-      "77; done; kill -INT $!; wait $!")
-      .ends(130);
+  shell("yes '#' | head -c 100000000 >>walks/seed-1/truth.tum; env --default-signal=INT '" GAITSLAM_PROGRAM
+        "' view walks/seed-1 >url & until ls -l /proc/$!/fd | grep -q truth.tum; do kill -0 $! || exit "
+        "77; done; kill -INT $!; wait $!")
+      .ends(0);
   EXPECT_THAT(text_of("url"), StartsWith("view at ")) << "the server is there before the result is read";
 }
 
@@ -239,7 +238,8 @@ TEST_F(ViewTest, TwoRunsAreComparedInOneSceneAndTheirDivergenceIsMarked) {
   EXPECT_EQ(marked["shown"][0], marked["shown"][1]) << "both images at one instant";
   EXPECT_EQ(marked["bands"], (json{true, false})) << "3σ of A only";
   EXPECT_THAT(marked["why"].get<std::string>(),
-              ContainsRegex("^Why B is worse: the estimates differ from 0.[78]0 s; .*frames lost for 0.3 s"));
+              ContainsRegex("^Why B is worse .RMS error [0-9.]+ mm, A [0-9.]+ mm.: the estimates differ from "
+                            "0.[78]0 s; .*frames lost for 0.3 s"));
   for (int run = 0; run < 2; ++run)
     for (int axis = 0; axis < 3; ++axis)
       EXPECT_NEAR(marked["ghosts"][run][axis], marked["estimates"][run][axis], 1e-5) << run;
@@ -253,7 +253,6 @@ TEST_F(ViewTest, TwoRunsAreComparedInOneSceneAndTheirDivergenceIsMarked) {
   EXPECT_LT(found["places"]["apart"], 0.1);
   EXPECT_THAT(found["places"]["text"].get<std::string>(),
               ContainsRegex("A: landmark .* at the same place: B: landmark "));
-  EXPECT_THAT(found["places"]["said"].get<std::string>(), ContainsRegex("matched by place .*[0-9]+ in both"));
   EXPECT_EQ(found["nis"], 2) << "a figure on demand has a line of each run";
   EXPECT_EQ(found["hidden"]["columns"], 2) << "a key splits the scene";
   EXPECT_GT(found["differs"], 0) << "each view has its own run";

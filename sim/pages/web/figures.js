@@ -45,8 +45,27 @@ function ticks(low, high, about = 8) {
   );
 }
 
+/// The index of the last element of an ascending list that does not exceed a value, or -1.
+export function lastUpTo(value, count, at) {
+  let low = -1,
+    high = count;
+  while (high - low > 1) {
+    const middle = (low + high) >> 1;
+    if (at(middle) <= value) low = middle;
+    else high = middle;
+  }
+  return low;
+}
+
 /// The index of the value nearest to x.
-function nearest(values, x) {
+function nearest(values, x, isSorted) {
+  if (isSorted) {
+    const i = Math.max(
+      0,
+      lastUpTo(x, values.length, (k) => values[k])
+    );
+    return values[i + 1] - x < x - values[i] ? i + 1 : i;
+  }
   let best = 0;
   for (let i = 1; i < values.length; ++i) if (Math.abs(values[i] - x) < Math.abs(values[best] - x)) best = i;
   return best;
@@ -78,7 +97,14 @@ export class Figure {
     this.items = [...holder.querySelectorAll('.legend b')];
     this.shown = null;
     this.cursor = svgElement('path', {class: 'cursor', d: ''});
-    this.svg.append(this.cursor);
+    this.isSorted = this.overTime && Boolean(columns);
+    // The cursor has a drawing of its own, because every change of a drawing paints all its lines again.
+    const plot = element('div', {class: 'plot'});
+    this.svg.replaceWith(plot);
+    plot.append(
+      this.svg,
+      svgElement('svg', {viewBox: this.svg.getAttribute('viewBox'), 'aria-hidden': true}, this.cursor)
+    );
   }
 
   get range() {
@@ -108,7 +134,7 @@ export class Figure {
   }
 
   read([at, ...values], x) {
-    const i = nearest(at, x);
+    const i = nearest(at, x, this.isSorted);
     if (
       !at.length ||
       Math.abs(this.x.at(at[i]) - this.x.at(x)) >= kNear_px ||

@@ -189,7 +189,7 @@ class Drawing {
       : model_(in_room(scenario, models)),
         data_(mj_makeData(model_.get())),
         scene_(*model_, {kView}, scenario.world.seed, Channels::rgb, Robot::whole),
-        encoders_(recording, "encoders0") {
+        encoders_(recording::Manifest(recording), "mav0/encoders0/data.csv") {
     if (std::ssize(encoders_.names) != model_->nu)
       throw files::FileError(recording / "mav0/encoders0/data.csv", "has {} joints, expected {}",
                              encoders_.names.size(), model_->nu);

@@ -1,6 +1,7 @@
 // Time series of the runs, the figures that show them, and the marks where two runs start to differ.
-import {drawn} from '../../pages/web/figures.js';
-import {lastUpTo} from './run.js';
+import {Quaternion, Vector3} from 'three/build/three.module.js';
+import {drawn, lastUpTo} from '../../pages/web/figures.js';
+import {between} from './run.js';
 import {withLength} from './source.js';
 
 const kSensors = ['vision', 'gyro', 'plan_velocity', 'height'],
@@ -34,6 +35,15 @@ export class Series {
       })
     );
     this.derive();
+  }
+
+  /// Adds what arrives with the frames of a finished run.
+  addFeet(frames) {
+    frames.forEach(({feet, margin}, i) => {
+      this.slip_left[i] = feet?.[0].slip ?? NaN;
+      this.slip_right[i] = feet?.[1].slip ?? NaN;
+      this.margin[i] = margin ?? NaN;
+    });
   }
 
   derive() {
@@ -70,53 +80,36 @@ export class Series {
   }
 }
 
-const between = (p, q) => Math.hypot(p[0] - q[0], p[1] - q[1], p[2] - q[2]);
 const rowsOf = (a, b) => Array.from(b.t, (t) => a.at(t));
 
+const errorOf = (name, axis, title) => ({name, title, parts: {'': axis}, sigma: `sigma_${axis}`});
 const kFigures = [
-  {name: 'error_x', title: 'Error in x, 3σ [mm]', parts: [['', 'x']], sigma: 'sigma_x'},
-  {name: 'error_y', title: 'Error in y, 3σ [mm]', parts: [['', 'y']], sigma: 'sigma_y'},
-  {name: 'error_z', title: 'Error in z, 3σ [mm]', parts: [['', 'z']], sigma: 'sigma_z'},
-  {name: 'heading', title: 'Heading error, 3σ [deg]', parts: [['', 'heading']], sigma: 'sigma_heading'},
+  ...['x', 'y', 'z'].map((axis) => errorOf(`error_${axis}`, axis, `Error in ${axis}, 3σ [mm]`)),
+  errorOf('heading', 'heading', 'Heading error, 3σ [deg]'),
   {
     name: 'nees',
     title: 'NEES of the position (3 expected, 95 % below 7.8)',
-    parts: [['', 'nees']],
-    levels: [3, 7.81],
-    zero: true
+    parts: {'': 'nees'},
+    levels: [3, 7.81]
   },
   ...kSensors.map((sensor) => ({
     name: `nis_${sensor}`,
     title: `NIS per degree of freedom of ${sensor}, mean over 1 s (1 expected)`,
-    parts: [['', `mean_nis_${sensor}`]],
+    parts: {'': `mean_nis_${sensor}`},
     levels: [1],
-    zero: true,
     onDemand: true
   })),
-  {
-    name: 'landmarks',
-    title: 'Landmarks',
-    parts: [
-      ['found', 'found'],
-      ['in the map', 'landmarks']
-    ],
-    zero: true
-  },
+  {name: 'landmarks', title: 'Landmarks', parts: {found: 'found', 'in the map': 'landmarks'}},
   {
     name: 'slip',
     title: 'Slip of the standing soles [mm]',
-    parts: [
-      ['left', 'slip_left'],
-      ['right', 'slip_right']
-    ],
-    zero: true,
+    parts: {left: 'slip_left', right: 'slip_right'},
     onDemand: true
   },
   {
     name: 'margin',
     title: 'ZMP: distance inside the support polygon [mm]',
-    parts: [['', 'margin']],
-    zero: true,
+    parts: {'': 'margin'},
     onDemand: true
   }
 ];
@@ -131,34 +124,26 @@ const dashOf = (role) => kDashes[role];
 const kLengths_m = [0.1, 0.2, 0.5, 1, 2, 5, 10, 20],
   kEvery = 3; // frames between the starts of segments
 
-/// A vector in the axes of a pose.
-function inAxesOf([, , , x, y, z, w], [a, b, c]) {
-  const u = [2 * (b * z - c * y), 2 * (c * x - a * z), 2 * (a * y - b * x)];
-  return [
-    a + w * u[0] + u[1] * z - u[2] * y,
-    b + w * u[1] + u[2] * x - u[0] * z,
-    c + w * u[2] + u[0] * y - u[1] * x
-  ];
-}
-
 /// The RMS error of the displacement over segments of the true path, by their length: x (m), y (mm).
 export function relativeErrors(frames) {
   const poses = frames.filter(({truth, estimate}) => truth && estimate),
     lengths = [0];
   for (let i = 1; i < poses.length; ++i)
     lengths.push(lengths[i - 1] + between(poses[i].truth, poses[i - 1].truth));
-  const moved = (name, i, j) =>
-    inAxesOf(
-      poses[i][name],
-      [0, 1, 2].map((k) => poses[j][name][k] - poses[i][name][k])
-    );
+  /// The displacement in the axes of the first pose.
+  const moved = (name, i, j) => {
+    const [, , , ...turn] = poses[i][name];
+    return new Vector3(...poses[j][name])
+      .sub(new Vector3(...poses[i][name]))
+      .applyQuaternion(new Quaternion(...turn).inverse());
+  };
   const rms = (length) => {
     let sum = 0,
       count = 0;
     for (let i = 0; i < poses.length; i += kEvery) {
       const j = 1 + lastUpTo(lengths[i] + length, lengths.length, (k) => lengths[k]);
       if (j >= poses.length) break;
-      sum += between(moved('truth', i, j), moved('estimate', i, j)) ** 2;
+      sum += moved('truth', i, j).distanceToSquared(moved('estimate', i, j));
       ++count;
     }
     return 1e3 * Math.sqrt(sum / count);
@@ -173,7 +158,7 @@ const full = (name, part) => [name, part].filter(Boolean).join(', ') || 'value';
 /// The names of the figures that have at least one value, in order.
 export const known = (runs) => [
   ...kFigures
-    .filter(({parts}) => parts.some(([, key]) => runs.some(({series}) => isKnown(series[key]))))
+    .filter(({parts}) => Object.values(parts).some((key) => runs.some(({series}) => isKnown(series[key]))))
     .map(({name}) => name),
   ...(runs.some(({series}) => isKnown(series.x)) ? ['rpe'] : [])
 ];
@@ -198,10 +183,10 @@ const rpeOf = (panes) =>
 export function figures(runs, marks, hidden) {
   const shown = kFigures
     .filter(({name}) => !hidden.has(name))
-    .flatMap(({name, title, parts, sigma, levels, zero}) => {
+    .flatMap(({name, title, parts, sigma, levels}) => {
       const lines = runs
         .flatMap(({name: run, role, series}) =>
-          parts.map(([part, key], i) => ({
+          Object.entries(parts).map(([part, key], i) => ({
             name: full(run, part),
             role: i > 0 && runs.length === 1 ? 'plan' : role,
             dash: dashOf(role),
@@ -224,7 +209,7 @@ export function figures(runs, marks, hidden) {
               high: series[sigma].map((s) => 3 * s)
             }))
         : [];
-      return lines.length ? [drawn({name, title, lines, bands, levels, zero, marks})] : [];
+      return lines.length ? [drawn({name, title, lines, bands, levels, zero: !sigma, marks})] : [];
     });
   return hidden.has('rpe') ? shown : [...shown, rpeOf(runs)];
 }
@@ -347,23 +332,26 @@ export function partings([a, b]) {
   return found;
 }
 
-/// Which of two runs has the larger errors while both track (0 or 1), or undefined.
-function worseOf(a, b) {
+/// The RMS errors (mm) of two runs while both track.
+function commonErrors(a, b) {
   const rows = rowsOf(a, b),
     sums = [0, 0];
+  let count = 0;
   rows.forEach((row, i) => {
     if (a.health[row] !== 0 || b.health[i] !== 0 || !Number.isFinite(a.distance[row] + b.distance[i])) return;
     sums[0] += a.distance[row] ** 2;
     sums[1] += b.distance[i] ** 2;
+    ++count;
   });
-  return sums[0] === sums[1] ? undefined : Number(sums[1] > sums[0]);
+  return sums.map((sum) => Math.sqrt(sum / count));
 }
 
 /// States why one of the first two runs is worse: {text, t}, or null if they do not part.
 export function whyWorse([a, b], marks) {
-  const worse = worseOf(a.series, b.series),
+  const errors = commonErrors(a.series, b.series),
+    worse = Number(errors[1] > errors[0]),
     {sigma, search, estimate} = Object.fromEntries(marks.map((mark) => [mark.name, mark]));
-  if (worse === undefined || !(sigma ?? search ?? estimate)) return null;
+  if (errors[0] === errors[1] || !(sigma ?? search ?? estimate)) return null;
   const bad = [a, b][worse],
     good = [b, a][worse],
     {t} = sigma ?? search ?? estimate,
@@ -380,5 +368,7 @@ export function whyWorse([a, b], marks) {
       ? `known by then: ${flags.map(({t: at, text}) => `${text} (${at.toFixed(2)} s)`).join(', ')}`
       : 'nothing was flagged by then'
   ];
-  return {text: `Why ${bad.name} is worse: ${parts.filter(Boolean).join('; ')}.`, t};
+  const [more, less] = [errors[worse], errors[1 - worse]].map((error) => error.toPrecision(3));
+  const title = `Why ${bad.name} is worse (RMS error ${more} mm, ${good.name} ${less} mm)`;
+  return {text: `${title}: ${parts.filter(Boolean).join('; ')}.`, t};
 }

@@ -14,7 +14,6 @@ export class Landmarks {
     this.picked = null; // {run, id}
     const advice = 'Click a landmark in the scene or in an image to identify it.';
     this.text = element('p', {class: 'soft', role: 'status'}, advice);
-    this.inCommon = panes.length > 1 ? element('p', {class: 'soft', role: 'status'}) : null;
     this.followClicks();
   }
 
@@ -49,7 +48,6 @@ export class Landmarks {
   /// Shows the displayed frame.
   show() {
     if (this.picked) this.mark();
-    if (this.inCommon) this.inCommon.textContent = this.commonText();
   }
 
   mark() {
@@ -69,15 +67,5 @@ export class Landmarks {
     if (!this.picked) return undefined;
     const {run, id} = this.picked;
     return k === run ? id : matched(mapOf(this.panes[run]), mapOf(this.panes[k])).get(id);
-  }
-
-  commonText() {
-    const [a, b] = this.panes.map(mapOf),
-      [p, q] = this.panes,
-      count = matched(a, b).size;
-    return (
-      `Landmarks matched by place (nearest to each other, within 0.1 m): ${count} in both, ` +
-      `${a.length - count} only in ${p.name}, ${b.length - count} only in ${q.name}.`
-    );
   }
 }

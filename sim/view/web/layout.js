@@ -138,7 +138,7 @@ export function build(page) {
     'div',
     {class: `views${several ? ' several' : ''}`},
     several ? changesTable(about.changes, panes, (t) => player.go(t), page.moments.element) : null,
-    element('figure', {class: 'space'}, scene.element, legend, landmarks.text, landmarks.inCommon),
+    element('figure', {class: 'space'}, scene.element, legend, landmarks.text),
     element(
       'figure',
       {class: `head heads-${heads}`},

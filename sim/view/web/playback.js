@@ -46,9 +46,9 @@ export async function playBack(page, first, model) {
     if (piece === 0) pictures = await showFirst(page, first, model, images);
     if (!isThere && player.t === 0 && wanted <= player.duration) isThere = page.goToAddress();
   }
-  if (panes.length > 1) {
-    page.addPartings();
-  }
+  for (const {run, series} of panes) series.addFeet(run.frames);
+  if (panes.length > 1) page.addPartings();
+  else page.drawFigures();
   if (!isThere && player.t === 0) page.goToAddress();
   player.show(player.t);
   page.dataset.ready = 'true';

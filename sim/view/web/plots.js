@@ -7,11 +7,16 @@ const kMargin_px = 28,
   kLeast_px = 320;
 
 export class Plots {
-  /// go(t, goesOn): goes to a time; changed(): which figures are shown, or their zoom, changed; time(): the
-  /// displayed one.
-  constructor(panes, {go, changed, time}) {
+  /// go(t, goesOn): goes to a time; changed(): which figures are shown, or their zoom, changed; player: its
+  /// time is shown.
+  constructor(panes, player, {go, changed}) {
     this.panes = panes;
-    this.callbacks = {go, changed, time};
+    this.player = player;
+    this.callbacks = {go, changed};
+    this.seen = new Set(); // figures on the screen
+    this.observer = new IntersectionObserver((entries) => {
+      for (const {target, isIntersecting} of entries) this.seen[isIntersecting ? 'add' : 'delete'](target);
+    });
     this.hidden = new Set(kOnDemand);
     this.figures = [];
     this.timeLine = element('div', {class: 'timeline'});
@@ -37,6 +42,9 @@ export class Plots {
     this.timeLine.replaceChildren(...(line ? [line.holder] : []));
     this.strips.replaceChildren(...strips.map(({holder}) => holder));
     follow(this.overTime, this.callbacks.go, () => this.show(), this.callbacks.changed, true);
+    this.observer.disconnect();
+    this.seen.clear();
+    for (const {holder} of this.figures) this.observer.observe(holder);
     if (zoomed && keepsZoom) this.zoom(...zoomed);
     this.show();
   }
@@ -64,8 +72,9 @@ export class Plots {
     for (const figure of this.overTime) figure.zoom(low, high);
   }
 
-  /// Puts the cursor at the displayed time.
+  /// Puts the cursor at the displayed time; while the player plays, only in figures on the screen.
   show() {
-    for (const figure of this.overTime) figure.show(this.callbacks.time());
+    const {t, playing} = this.player;
+    for (const figure of this.overTime) if (!playing || this.seen.has(figure.holder)) figure.show(t);
   }
 }

@@ -9,6 +9,8 @@
 // right): plan [x, y, heading], planned_down, landed [x, y, heading] while loaded; support: corners of the
 // support polygon; zmp; rig: number for fetching the rig's readings. m, rad, px.
 
+import {lastUpTo} from '../../pages/web/figures.js';
+
 /// The outcomes of a search differ in color and shape: an ellipse with a square, a dashed ellipse, an ellipse
 /// with a cross.
 export const kOutcomes = {found: '#3ddc63', missed: '#ffd228', rejected: '#ff5cc8'};
@@ -26,17 +28,8 @@ export function soleCorners(sole, [x, y, heading]) {
   ].map(([a, b]) => [x + c * a - s * b, y + s * a + c * b]);
 }
 
-/// The index of the last element of an ascending list that does not exceed a value, or -1.
-export function lastUpTo(value, count, at) {
-  let low = -1,
-    high = count;
-  while (high - low > 1) {
-    const middle = (low + high) >> 1;
-    if (at(middle) <= value) low = middle;
-    else high = middle;
-  }
-  return low;
-}
+/// The distance of two positions, which may have more elements.
+export const between = ([x, y, z], [a, b, c]) => Math.hypot(x - a, y - b, z - c);
 
 export class Run {
   constructor(about, index) {

@@ -2,7 +2,7 @@
 import * as THREE from 'three/build/three.module.js';
 import {OrbitControls} from 'three/examples/jsm/controls/OrbitControls.js';
 import {color, element} from '../../pages/web/dom.js';
-import {kOutcomes} from './run.js';
+import {between, kOutcomes} from './run.js';
 import {withLength} from './source.js';
 
 const kAboveGround = 0.004,
@@ -57,7 +57,6 @@ class GrowingLine {
   }
 }
 
-const between = ([x, y, z], [a, b, c]) => Math.hypot(x - a, y - b, z - c);
 const pointsOf = (size) =>
   new THREE.PointsMaterial({size, sizeAttenuation: false, vertexColors: THREE.VertexColors});
 const kSphere = new THREE.SphereGeometry(1, 10, 8);
@@ -110,17 +109,14 @@ class ErrorPath {
   /// Builds it from all frames of the run, the first time that it is shown.
   build() {
     const frames = this.run.frames.filter(({estimate, truth}) => estimate && truth),
-      errors = frames.map(({estimate, truth}) =>
-        new THREE.Vector3(...estimate).distanceTo(new THREE.Vector3(...truth))
-      ),
+      errors = frames.map(({estimate, truth}) => between(estimate, truth)),
       [none, half, most] = kErrorColors.map((text) => new THREE.Color(text)),
-      paint = new THREE.Color(),
       matrix = new THREE.Matrix4();
     this.largest = Math.max(...errors);
     this.times = frames.map(({t}) => t);
     const colors = errors.flatMap((error) => {
       const part = (2 * error) / this.largest;
-      return (part < 1 ? paint.copy(none).lerp(half, part) : paint.copy(half).lerp(most, part - 1)).toArray();
+      return (part < 1 ? none.clone().lerp(half, part) : half.clone().lerp(most, part - 1)).toArray();
     });
     const geometry = new THREE.BufferGeometry(),
       set = (name, values) => geometry.setAttribute(name, new THREE.Float32BufferAttribute(values, 3));

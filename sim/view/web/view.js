@@ -71,10 +71,9 @@ class Page {
       sensor.kind === 'imu' ? [] : [new RigLayer(run, sensor, i, this.scene)]
     );
     this.moments = new Moments(this.panes, (t) => this.player.go(t));
-    this.plots = new Plots(this.panes, {
+    this.plots = new Plots(this.panes, this.player, {
       go: (t, goesOn) => this.player.go(t, goesOn),
-      changed: () => this.writeAddress(),
-      time: () => this.player.t
+      changed: () => this.writeAddress()
     });
     this.note = element('span', {class: 'soft', role: 'status'});
     this.why = element('p', {role: 'status'});
@@ -108,6 +107,7 @@ class Page {
     const [stop, go] = live && !control ? ['freeze the view', 'newest'] : ['pause', 'play'];
     this.controls.play.textContent = live && !atEnd ? 'newest' : playing ? stop : go;
     this.dataset.playing = playing;
+    this.plots.show();
   }
 
   drawFigures() {

@@ -242,6 +242,8 @@ TEST(Tum, StampsAreReadWithoutGoingThroughADouble) {
   for (const auto& [text, ns] : {std::pair("-0.5", -500'000'000l),
                                  {"1e-3", 1'000'000},
                                  {"2", 2'000'000'000},
+                                 {"43.000000001", 43'000'000'001},
+                                 {"-3.000000001", -3'000'000'001},
                                  {"1403636579.763555584", 1403636579763555584},
                                  {"1.403636579763555584e+09", 1403636579763555584}})
     EXPECT_EQ(parse_stamp(text, 1e9), nanoseconds(ns)) << text;

@@ -358,7 +358,8 @@ TEST(Manifest, FilesOutsideTheFolderAreRejected) {
     ManifestWriter writer(recording);
     writer.add(path, hash);
     writer.finish();
-    EXPECT_THAT(files::error_of([&] { Manifest manifest(recording); }), HasSubstr("leads outside the folder"))
+    EXPECT_THAT(files::error_of([&] { Manifest(recording).read(path); }),
+                HasSubstr("leads outside the folder"))
         << path;
   }
 }

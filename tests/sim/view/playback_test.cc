@@ -40,14 +40,20 @@ class PlaybackTest : public testing::Test {
   fs::path result_ = folder_ / "walk/replay";
 };
 
+/// Returns the JSON that the page receives at a path.
+nlohmann::json received(Site& site, const std::string& path) {
+  return nlohmann::json::parse(*site.at(path, "").value().bytes);
+}
+
 TEST_F(PlaybackTest, EveryFrameHasItsPartsAndFaultsAreShownAsMoments) {
-  const Playback playback = read_playback(result_, {});
+  Playback playback = read_playback(result_, {});
   ASSERT_EQ(playback.frames.size(), std::size_t{kFrames});
   ASSERT_EQ(playback.images.size(), std::size_t{kFrames});
   for (std::size_t i = 0; i < playback.frames.size(); ++i) {
-    const Frame& frame = playback.frames[i];
+    Frame& frame = playback.frames[i];
     EXPECT_TRUE(frame.truth && frame.estimate && frame.covariance && frame.report) << i;
-    EXPECT_TRUE(fs::is_regular_file(playback.images[i])) << i;
+    EXPECT_TRUE(fs::is_regular_file(folder_ / "walk/recording/mav0/cam0/data" / playback.images[i])) << i;
+    playback.complete(frame);
   }
   EXPECT_TRUE(playback.frames.front().map.has_value());
   EXPECT_GT(playback.frames.back().report->searched.size(), 5u);
@@ -99,21 +105,40 @@ TEST_F(PlaybackTest, MissingFilesAreReportedAndTheRecordingOfAnotherWalkIsNotUse
 TEST_F(PlaybackTest, PicturesAreAsRecordedAndInTheirFolder) {
   const fs::path recording = folder_ / "walk/recording", rows = recording / "mav0/cam0/data.csv";
   const auto playback = read_playback(result_, {});
-  const fs::path picture = playback.images[3];
+  const std::string name = playback.images[3];
+  const fs::path picture = recording / "mav0/cam0/data" / name;
   const auto complaint = [&] {
     return files::error_of([&] {
       const pages::Pictures pictures(recording);
-      pictures.read(recording::head_camera(pictures.setup()), picture);
+      pictures.read(recording::head_camera(pictures.setup()), name);
     });
   };
   EXPECT_EQ(complaint(), "");
   std::string edited = files::read_text(picture);
   edited[30] ^= 1;
   files::write_text(picture, edited);
-  EXPECT_THAT(complaint(), Has(picture.filename().string()));
+  EXPECT_THAT(complaint(), Has(name));
   files::write_text(rows, "#t,file\n" + std::to_string(recording::kEpoch.count()) + ",../../a.png\n");
-  EXPECT_THAT(files::error_of([&] { pages::image_files(playback.frames, recording); }),
-              Has("leads outside the folder"));
+  EXPECT_THAT(files::error_of([&] { pages::Pictures(recording).files(playback.frames); }),
+              Has("data.csv: truncated"));
+}
+
+TEST_F(PlaybackTest, PiecesAreReadOneByOneWithTheSameContentAsAllAtOnce) {
+  const auto whole = pages::read_run(result_);
+  Playback playback = read_playback(result_, {});
+  EXPECT_FALSE(playback.frames.back().map.has_value()) << "not read yet";
+  files::write_text(result_ / "map.csv", "#id\n1\n");
+  Site site = playback_site({playback}, {});
+  std::size_t count = 0;
+  for (std::size_t piece = 0; piece < 1; ++piece)
+    for (const auto& frame : received(site, fmt::format("/frames/0/{}", piece))) {
+      const Frame& expected = whole.frames[count++];
+      EXPECT_EQ(frame["searches"].size(), expected.report->searched.size());
+      EXPECT_EQ(frame["new"].size(), expected.report->initialized.size());
+      EXPECT_EQ(frame.contains("map"), expected.map.has_value());
+    }
+  EXPECT_GT(count, 20u);
+  EXPECT_THAT(files::error_of([&] { site.at("/frames/0/1", ""); }), Has("map.csv"));
 }
 
 // The second eye has an image at every frame starting with the third, the lidar a sweep at every third frame.
@@ -184,11 +209,6 @@ TEST_F(PlaybackTest, ResultsOfTwoScenariosAreNotShownSideBySide) {
   EXPECT_THROW(playback_site(two, {}), std::invalid_argument);
 }
 
-/// Returns the JSON that the page receives at a path.
-nlohmann::json received(Site& site, const std::string& path) {
-  return nlohmann::json::parse(*site.at(path, "").value().bytes);
-}
-
 TEST_F(PlaybackTest, ErrorsAreComparedOverTheTimeThatBothRunsTrack) {
   const Playback whole = read_playback(result_, {});
   Playback lost = whole;
@@ -237,11 +257,13 @@ static_assert(std::string_view(Series::kNames[kSlip]) == "slip_left" &&
 
 // Two soles side by side, of 0.23 m by 0.138 m each, 0.2 m apart.
 TEST(Series, TheSupportPolygonIsTheConvexHullAndTheMarginIsToItsNearestEdge) {
-  Series series(kSole);
+  Footing footing(kSole);
+  Series series;
   for (const double y : {0.0, 0.15}) {
     Frame frame{.zmp = Eigen::Vector2d(0, y)};
     frame.feet = {FootPlace{{.truth = {0, 0.1, 0}, .load_n = 100}},
                   FootPlace{{.truth = {0, -0.1, 0}, .load_n = 100}}};
+    footing.add(frame);
     series.add(frame);
     EXPECT_EQ(frame.support.size(), 4u);
   }
@@ -251,12 +273,14 @@ TEST(Series, TheSupportPolygonIsTheConvexHullAndTheMarginIsToItsNearestEdge) {
 
 // The left foot is set down, slips by 3 mm, and is lifted; the right one never carries load.
 TEST(Series, SlipIsMeasuredFromWhereAFootWasSetDown) {
-  Series series(kSole);
+  Footing footing(kSole);
+  Series series;
   std::optional<Eigen::Vector3d> landed;
   for (const auto& [load, x] : {std::pair{500.0, 1.0}, {400.0, 1.003}, {30.0, 1.003}, {5.0, 1.1}}) {
     Frame frame{.t = std::chrono::milliseconds(33 * series.rows().size())};
     frame.feet.emplace();
     (*frame.feet)[0] = {{.truth = {x, 0, 0}, .load_n = load}};
+    footing.add(frame);
     series.add(frame);
     landed = (*frame.feet)[0].landed;
     EXPECT_EQ(frame.support.size(), load > 20 ? 4u : 0u);
