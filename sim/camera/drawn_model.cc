@@ -128,8 +128,9 @@ std::vector<float> body_poses(const mjModel& model, const mjData& data,
   return poses;
 }
 
-PosedRobot::PosedRobot(const physics::RobotFile& robot, const std::string& room, const fs::path& models)
-    : model_(physics::load_model(robot, room, models)),
+PosedRobot::PosedRobot(const physics::RobotFile& robot, const physics::WorldOptions& world,
+                       const fs::path& models)
+    : model_(physics::arranged(physics::load_model(robot, world.room, models), world)),
       data_(data_at_rest(*model_)),
       robot_(physics::read_robot(*model_, robot)) {
   std::map<std::tuple<int, int, float>, DrawnPiece> pieces;  // by body, picture and alpha

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <opencv2/core.hpp>
 
+#include "sim/physics/arrangement.h"
 #include "sim/physics/robot.h"
 #include "walking/kinematics.h"
 
@@ -30,7 +31,7 @@ std::vector<float> body_poses(const mjModel_& model, const mjData_& data,
 class PosedRobot {
  public:
   /// Throws std::runtime_error if a model does not load.
-  PosedRobot(const physics::RobotFile& robot, const std::string& room, const fs::path& models);
+  PosedRobot(const physics::RobotFile& robot, const physics::WorldOptions& world, const fs::path& models);
 
   const mjModel_& model() const { return *model_; }
   const walking::Robot& robot() const { return robot_; }

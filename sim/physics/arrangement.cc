@@ -4,13 +4,15 @@
 
 #include <random>
 
+#include "sim/model_file/model_file.h"
+
 namespace sim::physics {
 namespace {
 
 using Eigen::Isometry3d;
 
 // What people move: furniture that stands on the floor and is not larger than this.
-constexpr double kHighest_m = 1.3, kWidest_m = 1.1, kAboveFloor_m = 0.02;
+constexpr double kHighest_m = 1.3, kWidest_m = 1.1, kAboveFloor_m = 0.1;
 
 Isometry3d turned(double yaw_rad) { return Isometry3d(Eigen::AngleAxisd(yaw_rad, Eigen::Vector3d::UnitZ())); }
 
@@ -35,7 +37,7 @@ Eigen::AlignedBox3d box_around_furniture(const mjModel& m, const mjData& data, i
   Eigen::AlignedBox3d box;
   for (int geom = 0; geom < m.ngeom; ++geom) {
     if (m.body_rootid[m.geom_bodyid[geom]] != body) continue;
-    if (m.geom_contype[geom] != 0) return {};  // part of the floor
+    if (m.geom_contype[geom] == model_file::kSteppedBits) return {};  // part of the floor
     box.extend(box_around(m, data, geom));
   }
   const bool stands = !box.isEmpty() && std::abs(box.min().z()) < kAboveFloor_m;
@@ -82,12 +84,13 @@ void light(mjModel& m, double level, double turn_rad) {
 
 }  // namespace
 
-void arrange(mjModel_& model, const WorldOptions& world) {
+Model arranged(Model model, const WorldOptions& world) {
   const WorldOptions::Start& start = world.start;
-  if (world.moved.seed != 0) move_furniture(model, world.moved);
-  if (!start.is_default()) move_room(model, start.X_RW().inverse());
+  if (world.moved.seed != 0) move_furniture(*model, world.moved);
+  if (!start.is_default()) move_room(*model, start.X_RW().inverse());
   if (world.light.level != 1 || world.light.turn_rad != 0 || start.yaw_rad != 0)
-    light(model, world.light.level, world.light.turn_rad - start.yaw_rad);
+    light(*model, world.light.level, world.light.turn_rad - start.yaw_rad);
+  return model;
 }
 
 }  // namespace sim::physics

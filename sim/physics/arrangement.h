@@ -6,8 +6,8 @@
 
 namespace sim::physics {
 
-/// Moves furniture and then the whole room in a model of robot and room, so that the robot's start, which is
-/// W, is at world.start in the room; and changes the light.
-void arrange(mjModel_& model, const WorldOptions& world);
+/// Returns a model of robot and room with moved furniture, with the whole room moved so that the robot's
+/// start, which is W, is at world.start in the room, and with the light changed.
+Model arranged(Model model, const WorldOptions& world);
 
 }  // namespace sim::physics

@@ -25,6 +25,9 @@ constexpr Grammar kGrammar<physics::FloorPatch>{
     "disturbance", "patch: {x_min_m: 1, x_max_m: 2, y_min_m: -1, y_max_m: 1, friction: 0.1}"};
 
 template <>
+constexpr Grammar kGrammar<Session>{"session", "session: {set: [world.light.level=0.3]}"};
+
+template <>
 constexpr Grammar kGrammar<rig::Item>{"sensor", "lidar: {name: lidar0, tilt_deg: 5}"};
 
 /// Calls f<Kind>() for each kind of an item: a variant's alternatives, or the item itself.
@@ -215,5 +218,8 @@ template struct ListOperations<physics::FloorPatch>;
 template std::string describe<physics::FloorPatch>();
 template struct ListOperations<rig::Item>;
 template std::string describe<rig::Item>();
+
+template struct ListOperations<Session>;
+template std::string describe<Session>();
 
 }  // namespace sim::scenario

@@ -75,7 +75,7 @@ void require_joints(Eigen::Index count, const mjModel& model) {
 }
 
 std::shared_ptr<camera::PosedRobot> posed_robot(const scenario::Scenario& scenario, const fs::path& models) {
-  return std::make_shared<camera::PosedRobot>(scenario::read_robot(scenario), scenario.world.room, models);
+  return std::make_shared<camera::PosedRobot>(scenario::read_robot(scenario), scenario.world, models);
 }
 
 ShownRun shown_run(const scenario::Scenario& scenario, const std::shared_ptr<camera::PosedRobot>& robot) {
@@ -178,7 +178,8 @@ Eigen::Isometry3d looking(const Vector3d& from, const Vector3d& at) {
 class Drawing {
  public:
   Drawing(const scenario::Scenario& scenario, const fs::path& recording, const fs::path& models)
-      : model_(load_model(scenario::read_robot(scenario), scenario.world.room, models)),
+      : model_(arranged(load_model(scenario::read_robot(scenario), scenario.world.room, models),
+                        scenario.world)),
         data_(mj_makeData(model_.get())),
         scene_(*model_, {kView}, scenario.world.seed, Channels::rgb, Robot::whole),
         encoders_(recording, "encoders0") {

@@ -56,7 +56,7 @@ class DrawnRobot : public testing::Test {
            Eigen::Isometry3d(Eigen::Quaterniond(x[6], x[3], x[4], x[5]).normalized());
   }
 
-  PosedRobot robot_{robot_file(), "office", models()};
+  PosedRobot robot_{robot_file(), {}, models()};
 };
 
 // The physics model has fewer shapes than the drawn one, but the same bodies.
@@ -96,7 +96,8 @@ TEST(DrawnRoom, GlassIsAPieceOfItsOwnWithItsAlpha) {
   files::write_text(folder / "room.xml",
                     "<mujoco><worldbody><geom name='floor' type='plane' size='5 5 1'/>"
                     "<geom type='box' size='1 1 1' pos='3 0 1' rgba='1 0 0 0.25'/></worldbody></mujoco>");
-  std::vector<DrawnPiece> glass = PosedRobot(robot_file(), (folder / "room.xml").string(), models()).pieces();
+  std::vector<DrawnPiece> glass =
+      PosedRobot(robot_file(), {.room = (folder / "room.xml").string()}, models()).pieces();
   std::erase_if(glass, [](const DrawnPiece& piece) { return piece.alpha >= 1; });
   ASSERT_EQ(glass.size(), 1u);
   EXPECT_EQ(glass[0].alpha, 0.25f);
