@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <opencv2/core.hpp>
 
+#include "sim/physics/arrangement.h"
 #include "sim/physics/robot.h"
 #include "walking/kinematics.h"
 

@@ -144,7 +144,8 @@ class SensingRobot {
         legs_(models.robot, controller->reference().X_PB,
               controller->is_level() ? walking::Floor::level : walking::Floor::any),
         robot_(std::move(controller), scenario.world,
-               plant_variation(scenario.seed, scenario.world, static_cast<int>(models.robot.joints.size())),
+               plant_variation(scenario.world.variation.seed ? scenario.world.variation.seed : scenario.seed,
+                               scenario.world, static_cast<int>(models.robot.joints.size())),
                models, Eigen::Isometry3d::Identity(), &legs_),
         mounting_(live::mounting(scenario, robot_.controller(), models)),
         imus_(scenario.rig, places(scenario.rig, *models.on_floor), robot_.world()) {
@@ -222,8 +223,8 @@ struct Start {
 class Run {
  public:
   /// folder: of the recording.
-  Run(const scenario::ReadScenario& read, const Start& start, const std::filesystem::path& folder,
-      int threads, const RunObserver& observer);
+  Run(const scenario::ReadScenario& read, const result::SessionMap& map, const Start& start,
+      const std::filesystem::path& folder, int threads, const RunObserver& observer);
 
   void walk(const result::Progress& progress);
   result::RunRecord record(const std::filesystem::path& folder);
@@ -263,15 +264,15 @@ class Run {
   } timing_;
 };
 
-Run::Run(const scenario::ReadScenario& read, const Start& start, const std::filesystem::path& folder,
-         int threads, const RunObserver& observer)
+Run::Run(const scenario::ReadScenario& read, const result::SessionMap& map, const Start& start,
+         const std::filesystem::path& folder, int threads, const RunObserver& observer)
     : read_(read),
       observer_(observer),
       robot_(read.scenario, start.controller(read), start.models),
       setup_(robot_.setup(read.scenario, start.models.robot)),
       tracking_(read.scenario.slam ? std::optional<tracking::Tracking>(
                                          std::in_place, read.scenario, setup_.calibration, setup_.X_WC_start,
-                                         setup_.camera_rate_hz, setup_.rig, setup_.joints)
+                                         setup_.camera_rate_hz, setup_.rig, setup_.joints, map)
                                    : std::nullopt),
       frames_(read.scenario, start.models, threads > 1),
       writer_(folder, setup_),
@@ -499,14 +500,21 @@ std::optional<walking::PatternGenerator> check(const scenario::ReadScenario& rea
 result::Outcome run(const scenario::ReadScenario& scenario, const result::ResultPlace& place,
                     const result::Progress& progress, int threads, const RunObserver& observer) {
   const Start start(scenario, place.models);
-  files::AtomicFolder folder(place.folder);
-  const std::filesystem::path recording = folder.path() / "recording";
-  Run live(scenario, start, recording, threads, observer);
-  live.walk(progress);
-  const result::Outcome outcome =
-      result::write_result(folder.path(), live.record(recording), place, live.timing(), live.time_s());
-  folder.commit();
-  return outcome;
+  const RunObserver unobserved;
+  return result::make_sessions(
+      scenario, place, progress,
+      [&](const scenario::ReadScenario& read, const result::SessionMap& before, const result::ResultPlace& to,
+          const std::filesystem::path& into, const result::Progress& part) {
+        const bool is_last = &read == &scenario;
+        const std::optional<Start> other =
+            is_last ? std::nullopt : std::optional<Start>(std::in_place, read, place.models);
+        const std::filesystem::path recording = into / "recording";
+        Run live(read, before, other ? *other : start, recording, threads, is_last ? observer : unobserved);
+        live.walk(part);
+        result::RunRecord record = live.record(recording);
+        const result::Outcome outcome = result::write_result(into, record, to, live.timing(), live.time_s());
+        return result::MadeSession{outcome, record.tracked ? record.tracked->saved_map : std::nullopt};
+      });
 }
 
 }  // namespace sim::live

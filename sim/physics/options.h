@@ -119,6 +119,7 @@ struct WorldOptions {
   } lights_off;
 
   struct Variation {
+    std::uint64_t seed = 0;
     double friction = 0.01;
     double joint_offset_rad = 0.001;
     double mass_fraction = 0.005;
@@ -128,6 +129,8 @@ struct WorldOptions {
     double floor_height_m = 0.001;
 
     static void keys(auto&& key) {
+      value<&Variation::seed>(key,
+                              "seed of these variations, for the same robot in other runs; 0: the run's");
       number<&Variation::friction>(key, 0, 1e3, "standard deviation of floor_friction over seeds");
       number<&Variation::joint_offset_rad>(key, 0, 0.1, "standard deviation of each joint's zero over seeds");
       number<&Variation::mass_fraction>(key, 0, 0.2,

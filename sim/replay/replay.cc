@@ -207,27 +207,33 @@ WalkEnd read_walk_end(const fs::path& result_folder) {
 result::Outcome replay(const scenario::ReadScenario& scenario, const fs::path& recording, const WalkEnd& walk,
                        const result::ResultPlace& place, const result::Progress& progress,
                        Recorded recorded) {
-  files::AtomicFolder folder(place.folder);
-  result::Timing timing;
-  recording::RecordingReader reader(recording);
-  std::optional<tracking::Tracking> tracking;
-  const recording::RecordingSetup& setup = reader.setup();
-  if (scenario.scenario.slam)
-    tracking.emplace(scenario.scenario, setup.calibration, setup.X_WC_start, setup.camera_rate_hz, setup.rig,
-                     setup.joints);
-  const std::function<bool(int)> wants = [&](int sensor) { return tracking && tracking->uses(sensor); };
-  const slam::Stamp last = track(
-      reader, [&] { return reader.next(wants); }, tracking, timing, progress);
-  result::RunRecord record{scenario,     walk.ended,   reader.setup(), recording::read_truth(recording),
-                           std::nullopt, reader.hash()};
-  record.counterfactual = walk.counterfactual;
-  if (tracking) record.tracked = tracking->finish();
-  const result::Outcome outcome =
-      result::write_result(folder.path(), record, place, timing, 1e-9 * double(last.count()));
-  if (recorded == Recorded::copied)
-    fs::copy(recording, folder.path() / "recording", fs::copy_options::recursive);
-  folder.commit();
-  return outcome;
+  return result::make_sessions(
+      scenario, place, progress,
+      [&](const scenario::ReadScenario& read, const result::SessionMap& before, const result::ResultPlace& to,
+          const fs::path& into, const result::Progress& part) {
+        const bool is_last = &read == &scenario;
+        const fs::path walked = is_last ? fs::path() : recording.parent_path() / to.folder.filename(),
+                       from = is_last ? recording : walked / "recording";
+        result::Timing timing;
+        recording::RecordingReader reader(from);
+        std::optional<tracking::Tracking> tracking;
+        const recording::RecordingSetup& setup = reader.setup();
+        if (read.scenario.slam)
+          tracking.emplace(read.scenario, setup.calibration, setup.X_WC_start, setup.camera_rate_hz,
+                           setup.rig, setup.joints, before);
+        const std::function<bool(int)> wants = [&](int sensor) { return tracking && tracking->uses(sensor); };
+        const slam::Stamp last = track(
+            reader, [&] { return reader.next(wants); }, tracking, timing, part);
+        const WalkEnd end = is_last ? walk : read_walk_end(walked);
+        result::RunRecord record{read,         end.ended,    reader.setup(), recording::read_truth(from),
+                                 std::nullopt, reader.hash()};
+        record.counterfactual = end.counterfactual;
+        if (tracking) record.tracked = tracking->finish();
+        const result::Outcome outcome =
+            result::write_result(into, record, to, timing, 1e-9 * double(last.count()));
+        if (recorded == Recorded::copied) fs::copy(from, into / "recording", fs::copy_options::recursive);
+        return result::MadeSession{outcome, record.tracked ? record.tracked->saved_map : std::nullopt};
+      });
 }
 
 scenario::ReadScenario external_scenario(const recording::AslFolder& folder,

@@ -207,6 +207,32 @@ scenario::Ended ending_of(const RunRecord& record) {
   return failure && (record.walk.ending == completed || explains_stop) ? *failure : record.walk;
 }
 
+Outcome make_sessions(const scenario::ReadScenario& read, const ResultPlace& place, const Progress& progress,
+                      const MakeSession& make) {
+  files::AtomicFolder folder(place.folder);
+  const std::size_t before = read.scenario.sessions.size();
+  const auto part_of = [&](std::size_t i) {
+    return [&progress, i, before](double part) { progress((double(i) + part) / double(before + 1)); };
+  };
+  SessionMap map;
+  std::string file;
+  for (std::size_t i = 0; i < before; ++i) {
+    scenario::ReadScenario session = scenario::session(read, i);
+    session.scenario.slam->map.load = file;
+    ResultPlace below = place;
+    below.folder = folder.path() / fmt::format("session-{}", i + 1);
+    files::AtomicFolder into(below.folder);
+    SessionMap made = make(session, map, below, into.path(), part_of(i)).map;
+    into.commit();
+    if (!made) continue;  // it was lost until its end: the next session loads the same map
+    map = std::move(made);
+    file = fmt::format("../session-{}/map.bin", i + 1);
+  }
+  const Outcome outcome = make(read, map, place, folder.path(), part_of(before)).outcome;
+  folder.commit();
+  return outcome;
+}
+
 Outcome write_result(const fs::path& folder, const RunRecord& record, const ResultPlace& place,
                      const Timing& timing, double simulated_s) {
   const scenario::Scenario& scenario = record.scenario.scenario;

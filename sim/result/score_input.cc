@@ -237,10 +237,8 @@ score::Run score_input(const RunRecord& record) {
   run.timeliness = timeliness(record);
   run.health = health(*record.tracked, uses_images(record.scenario.scenario));
   const auto& frames = record.tracked->frames;
-  if (is_filter && !record.scenario.scenario.slam->map.load.empty()) {
-    run.loaded_map.emplace();
-    run.loaded_map->refused = !frames.empty() && frames.back().report.map == slam::MapUse::refused;
-  }
+  if (!frames.empty() && frames.back().report.map != slam::MapUse::none)
+    run.loaded_map = {frames.back().report.map == slam::MapUse::refused};
   if (record.tracked->saved_map) run.map_bytes = recording::map_bytes(*record.tracked->saved_map).size();
   add_reports(run, *record.tracked, is_filter);
   if (run.landmarks.empty() && !is_filter) run.no_matches = "the estimator reports no matches of landmarks";

@@ -16,7 +16,7 @@ namespace sim::scenario {
 template <class Item>
 concept ListItem = std::same_as<Item, walking::Command> || std::same_as<Item, sensor_errors::Fault> ||
     std::same_as<Item, physics::Push> || std::same_as<Item, physics::FloorPatch> ||
-    std::same_as<Item, physics::Actor> || std::same_as<Item, rig::Item>;
+    std::same_as<Item, physics::Actor> || std::same_as<Item, rig::Item> || std::same_as<Item, Session>;
 
 /// The operations on these lists. read() replaces the list and throws ConfigError at the item or field that
 /// is wrong. print() writes one item per line.
@@ -153,8 +153,8 @@ bool has_section(const Scenario& scenario, std::string_view key);
 /// camera.
 bool shapes_recording(std::string_view key);
 
-/// Returns whether a key affects a filter's estimates: keys below errors and slam, `estimator`, and keys
-/// below estimator.time.
+/// Returns whether a key affects a filter's estimates: keys below errors and slam, `estimator`, keys below
+/// estimator.time, and `sessions`.
 bool shapes_estimate(std::string_view key);
 
 /// Returns whether a key affects that scenario's recording; if the estimate steers, shapes_estimate() counts

@@ -27,6 +27,8 @@ constexpr Grammar kGrammar<physics::FloorPatch>{
 template <>
 constexpr Grammar kGrammar<physics::Actor>{"actor", "person: {path: [[0, 3, 1], [4, 3, -1]]}"};
 template <>
+constexpr Grammar kGrammar<Session>{"session", "session: {set: [world.light.level=0.3]}"};
+template <>
 constexpr Grammar kGrammar<rig::Item>{"sensor", "lidar: {name: lidar0, tilt_deg: 5}"};
 
 /// Calls f<Kind>() for each kind of an item: a variant's alternatives, or the item itself.
@@ -219,5 +221,8 @@ template struct ListOperations<physics::Actor>;
 template std::string describe<physics::Actor>();
 template struct ListOperations<rig::Item>;
 template std::string describe<rig::Item>();
+
+template struct ListOperations<Session>;
+template std::string describe<Session>();
 
 }  // namespace sim::scenario

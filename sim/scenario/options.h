@@ -125,6 +125,17 @@ struct ControllerTime {
   }
 };
 
+/// A session before the scenario's own: it is the same scenario with some other keys.
+struct Session {
+  static constexpr const char* kName = "session";
+  std::vector<std::string> set;
+
+  static void keys(auto&& key) {
+    value<&Session::set>(
+        key, "keys that differ in this session, as in [world.light.level=0.3, world.start.x_m=1]");
+  }
+};
+
 /// Everything that affects a run. A run without `camera` has no frames, and without `slam` no filter.
 struct Scenario {
   std::string name;
@@ -141,6 +152,7 @@ struct Scenario {
   programs::Choice estimator{.name = "filter"};  ///< only the filter uses the section slam
   EstimatorTime estimator_time;
   std::optional<slam::Options> slam;
+  std::vector<Session> sessions;  ///< before this one
   Limits limits;
 
   static void keys(auto&& key) {
@@ -159,7 +171,11 @@ struct Scenario {
     value<&Scenario::estimator>(key,
                                 "estimator of the run: a built-in one by its name, or an external program");
     key.part("estimator.time", &Scenario::estimator_time);
-    part<&Scenario::slam, &Scenario::limits>(key);
+    part<&Scenario::slam>(key);
+    value<&Scenario::sessions>(key,
+                               "sessions before this one, walked by the same robot with other noise: each "
+                               "loads the map of the one before it, and this session loads the last one");
+    part<&Scenario::limits>(key);
   }
 };
 

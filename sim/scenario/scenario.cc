@@ -109,6 +109,14 @@ void check_time(const ReadScenario& read) {
   check_fixed("estimator.time.", read.scenario.estimator_time.model, "frame_ms");
 }
 
+/// Throws ConfigError if a session is not valid.
+void check_sessions(const ReadScenario& read) {
+  if (read.scenario.sessions.empty()) return;
+  if (!read.scenario.slam || !read.scenario.slam->map.load.empty())
+    fail(place_of(read, "sessions"), "sessions", "give the map, expected slam, without slam.map.load");
+  for (std::size_t i = 0; i < read.scenario.sessions.size(); ++i) session(read, i);
+}
+
 /// Throws ConfigError for limits that no run can satisfy.
 void check_limits(const ReadScenario& read, const Yaml& at) {
   const std::vector<MetricLimit>& limits = read.scenario.limits.metrics;
@@ -132,6 +140,7 @@ void check_whole(ReadScenario& read) {
     fail(at, "slam",
          "needs the section 'camera': the filter works at its frames (--without camera,slam drops both)");
   check_measured_depth(read);
+  check_sessions(read);
   if (!scenario.rig.empty() && !scenario.camera)
     fail(at, "rig", "needs the section 'camera': its readings come with the head camera's frames");
   if (scenario.slam && scenario.slam->vision.enabled && scenario.world.room == "floor")
@@ -413,6 +422,29 @@ ReadScenario read_scenario(const fs::path& file, const Changes& changes) {
 
 ReadScenario read_scenario_text(std::string_view text, const std::string& file_name, const Changes& changes) {
   return read_root(parse_yaml(text, {file_name}), changes);
+}
+
+ReadScenario session(const ReadScenario& read, std::size_t index) {
+  constexpr std::uint64_t kOtherNoise = 1'000'003;
+  constexpr std::array kMayDiffer{"walk.",        "world.room",    "world.start",
+                                  "world.light",  "world.moved",   "world.floor",
+                                  "world.pushes", "errors.faults", "slam.map.start"};
+  const Yaml at = place_of(read, "sessions");
+  Scenario scenario = read.scenario;
+  const Session session = scenario.sessions[index];
+  for (const std::string& setting : session.set)
+    if (std::ranges::none_of(kMayDiffer, [&](const char* start) { return setting.starts_with(start); }))
+      fail(at, "sessions", "session {} sets '{}', expected keys that start with {}", index + 1, setting,
+           fmt::join(kMayDiffer, ", "));
+  scenario.sessions.clear();
+  if (scenario.world.variation.seed == 0) scenario.world.variation.seed = scenario.seed;
+  scenario.seed += kOtherNoise * (index + 1);
+  scenario.slam->map.save = true;
+  try {
+    return read_scenario_text(to_yaml(scenario), read.start.file, {session.set, {}});
+  } catch (const ConfigError& error) {
+    fail(at, "sessions", "session {}: {}", index + 1, error.what());
+  }
 }
 
 std::string to_yaml(const Scenario& scenario, std::initializer_list<std::string_view> starts) {

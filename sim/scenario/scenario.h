@@ -44,6 +44,10 @@ ReadScenario read_scenario(const fs::path& file, const Changes& changes = {});
 /// Does the same from text. file: its name in messages; its stem names the scenario.
 ReadScenario read_scenario_text(std::string_view text, const std::string& file, const Changes& changes = {});
 
+/// Returns a session before the scenario's own, from 0, as a scenario whose result contains its map. Throws
+/// ConfigError.
+ReadScenario session(const ReadScenario& read, std::size_t index);
+
 /// The whole scenario as YAML, without a base; reading it again gives the same scenario bit for bit. starts:
 /// only keys that start with one of these.
 std::string to_yaml(const Scenario& scenario, std::initializer_list<std::string_view> starts = {""});

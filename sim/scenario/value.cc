@@ -251,7 +251,9 @@ std::size_t read_choice(const Yaml& node, std::string_view key, const Domain& do
 
 std::string print(const Domain&, const std::string& value) { return quote_if_needed(value); }
 std::string print(const Domain&, const fs::path& value) { return quote_if_needed(value.string()); }
-std::string print(const Domain&, const std::vector<std::string>& value) {
+std::string print(const Domain& domain, std::vector<std::string> value) {
+  if (domain.choices.empty())
+    for (std::string& text : value) text = quote_if_needed(text);
   return fmt::format("[{}]", fmt::join(value, ", "));
 }
 std::string print(const Domain&, const Eigen::Vector3d& value) {

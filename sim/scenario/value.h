@@ -55,7 +55,7 @@ requires std::is_arithmetic_v<T> std::string print(const Domain&, T value) {
 }
 std::string print(const Domain& domain, const std::string& value);
 std::string print(const Domain& domain, const fs::path& value);
-std::string print(const Domain& domain, const std::vector<std::string>& value);
+std::string print(const Domain& domain, std::vector<std::string> value);
 std::string print(const Domain& domain, const Eigen::Vector3d& value);
 std::string print(const Domain& domain, const std::vector<Eigen::Vector3d>& value);
 

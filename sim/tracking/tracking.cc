@@ -48,9 +48,9 @@ void merge_until(slam::Stamp until, slam::Stamp since, auto& missed, auto& given
 constexpr double kKnown_m = 0.05, kKnown_rad = 0.05, kRough_m = 0.5, kRough_rad = 0.35;
 
 /// Returns W, which is under the start, in the map's frame as the estimator is told.
-Eigen::Isometry3d told_start(const scenario::Scenario& scenario) {
+Eigen::Isometry3d told_start(const scenario::Scenario& scenario, bool has_map) {
   physics::WorldOptions::Start start = scenario.world.start;
-  if (scenario.slam->map.load.empty()) return start.X_RW();
+  if (!has_map) return start.X_RW();
   if (scenario.slam->map.start == slam::MapStart::unknown) return Eigen::Isometry3d::Identity();
   const bool known = scenario.slam->map.start == slam::MapStart::known;
   sensor_errors::Random random(scenario.seed, "start in the map");
@@ -106,7 +106,8 @@ Tracking::Tracking(const scenario::Scenario& scenario, std::unique_ptr<estimator
 
 Tracking::Tracking(const scenario::Scenario& scenario, const slam::Calibration& calibration,
                    const Eigen::Isometry3d& X_WC_start, double camera_rate_hz,
-                   const std::vector<rig::RigSensor>& rig, const std::vector<std::string>& joints)
+                   const std::vector<rig::RigSensor>& rig, const std::vector<std::string>& joints,
+                   std::optional<slam::SavedMap> map)
     : Tracking(scenario, nullptr, rig) {
   estimators::Start start{calibration, X_WC_start, scenario.seed, *scenario.slam, camera_rate_hz};
   start.rig = rig, start.joints = joints;
@@ -114,13 +115,14 @@ Tracking::Tracking(const scenario::Scenario& scenario, const slam::Calibration& 
   sensor_errors::state_errors(scenario.errors, start.chest_imu);
   if (auto* lens = std::get_if<slam::OneParameterRadial>(&start.calibration.camera.lens))
     lens->k1_px2 *= 1 + scenario.errors.calibration_distortion_fraction;
-  const fs::path& map = scenario.slam->map.load;
-  if (!map.empty() || !scenario.world.start.is_default()) {
-    frames_ = {scenario.world.start.X_RW().inverse(), told_start(scenario)};
+  const fs::path& file = scenario.slam->map.load;
+  if (!map && !file.empty()) map = recording::read_map(file, start.calibration.camera);
+  if (map || !scenario.world.start.is_default()) {
+    frames_ = {scenario.world.start.X_RW().inverse(), told_start(scenario, map.has_value())};
     start.X_WC = frames_->told * X_WC_start;
   }
   if (scenario.slam->plan_velocity.enabled && scenario.estimator != kOdometry) odometry_input_.start = start;
-  if (!map.empty()) start.map = recording::read_map(map, start.calibration.camera);
+  start.map = std::move(map);
   try {
     estimator_ = estimators::make_estimator(scenario.estimator, start);
   } catch (const estimators::EstimatorFailed& failure) {

@@ -57,10 +57,11 @@ struct Tracked {
 class Tracking {
  public:
   /// The scenario must have a slam section. Throws std::invalid_argument if an external estimator cannot be
-  /// started.
+  /// started. map: of the session before; absent: the file slam.map.load, if any.
   Tracking(const scenario::Scenario& scenario, const slam::Calibration& calibration,
            const Eigen::Isometry3d& X_WC_start, double camera_rate_hz = 30,
-           const std::vector<rig::RigSensor>& rig = {}, const std::vector<std::string>& joints = {});
+           const std::vector<rig::RigSensor>& rig = {}, const std::vector<std::string>& joints = {},
+           std::optional<slam::SavedMap> map = {});
   /// Runs an estimator other than the scenario's.
   Tracking(const scenario::Scenario& scenario, std::unique_ptr<estimators::Estimator> estimator,
            const std::vector<rig::RigSensor>& rig = {});

@@ -39,14 +39,15 @@ std::optional<double> innovation_nll(const tracking::Tracked& tracked, double ar
 
 /// Applies the sensor errors of `scenario` and runs its filter if it has a slam section. Returns the record,
 /// which keeps a reference to the scenario.
-result::RunRecord replay(const Recording& recording, const scenario::ReadScenario& scenario);
+result::RunRecord replay(const Recording& recording, const scenario::ReadScenario& scenario,
+                         const result::SessionMap& map = {});
 
 /// Returns the score of replay(): ending, cause and metrics, the same as in a result folder bit for bit;
 /// lasted_fraction, the fraction of the recording until the filter failed; and, unless the filter failed or a
 /// covariance is not positive definite, innovation_nll and pose_nll, the mean over scored frames of −ln
 /// N(pose error; 0, P) with 6 degrees of freedom.
 JobRecord run_trial(const Recording& recording, const scenario::ReadScenario& scenario,
-                    const std::string& key = "");
+                    const std::string& key = "", const result::SessionMap& map = {});
 
 /// A trial for another process.
 struct Task {
@@ -59,8 +60,9 @@ struct Task {
 /// Runs tasks and adds their records to the log.
 using RunTasks = std::function<void(const std::vector<Task>&, JobLog&)>;
 
-/// Returns the recording for a scenario.
-using RecordingOf = std::function<std::shared_ptr<const Recording>(const scenario::ReadScenario&)>;
+/// Returns the recording for a scenario. session: "session-1" for one before the task's own, otherwise empty.
+using RecordingOf = std::function<std::shared_ptr<const Recording>(const scenario::ReadScenario&,
+                                                                   const std::string& session)>;
 
 /// Runs the trial (without a filter only its walk) and returns its record, "not started" if the trial is at
 /// fault. Throws FileError if the machine is at fault.

@@ -105,7 +105,7 @@ int replay_result(ReplayRequest& request) {
   if (external)
     for (const std::string& remark : external->sensors().remarks) std::cerr << "gaitslam: " << remark << '\n';
   for (const auto& [key, origin] : read.origin)
-    if (scenario::shapes_recording(key) && origin.starts_with("argument"))
+    if ((scenario::shapes_recording(key) || key == "sessions") && origin.starts_with("argument"))
       throw UsageError("{}: affects the recording, which a replay cannot change; rerun the scenario", key);
   if (!external) keep_origin(read, request);
   join_batch(request.batch, &read);

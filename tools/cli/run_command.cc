@@ -69,7 +69,7 @@ int run_one(const scenario::ReadScenario& read, const RunRequest& request, const
                                                : 2;  // one of several has one core
     // Measured times are not repeatable, so no replay could reproduce a run that depends on them.
     const bool measured = read.scenario.estimator_time.model == scenario::TimeModel::measured;
-    outcome = request.cached && !measured
+    outcome = request.cached && !measured && read.scenario.sessions.empty()
                   ? run_cached(read, place, show)
                   : run_live(read, place, show, threads, view ? &view->run_observer() : nullptr);
   }

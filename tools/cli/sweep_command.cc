@@ -39,7 +39,10 @@ int run_listed(TrialsRequest& request) {
   const std::vector<Job> jobs = jobs_in(request.jobs);
   for (const Job& job : jobs) {
     const trials::Task task{job.key, job.seed, job.scenario, job.recording};
-    records.push_back(run_task(task, [&](const auto& read) { return recording_of(job.recording, read); }));
+    records.push_back(run_task(task, [&](const auto& read, const std::string& session) {
+      return recording_of(session.empty() || job.recording.empty() ? job.recording : job.recording / session,
+                          read);
+    }));
     progress.show(double(records.size()) / double(jobs.size()));
   }
   files::write_atomically(request.records, result::to_lines(records));

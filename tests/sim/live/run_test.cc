@@ -58,6 +58,30 @@ TEST_F(RunTest, SameSeedGivesTheSameBitsHoweverImagesAreDrawnAndInAReplayAndARig
     EXPECT_EQ(file(live(), name), file("alone", name)) << name;
 }
 
+TEST_F(RunTest, ASessionStartsInTheMapOfTheOneBeforeAndEachCanBeReplayed) {
+  const auto last = scenario({"rig=[]", "world.start={x_m: 0.2, yaw_deg: 10}", "slam.map.start=known",
+                              "world.lights_off={from_s: 0, duration_s: 0}", "limits={ending: [completed]}",
+                              "sessions=[{session: {set: [world.start.x_m=0, world.start.yaw_deg=0]}}]"});
+  ASSERT_EQ(run("last", last).exit_code, 0);
+  const auto robot = [&](const std::string& result) {
+    return sim::scenario::read_scenario(folder_ / result / "scenario.yaml").scenario;
+  };
+  EXPECT_EQ(robot("last/session-1").world.variation.seed, robot("last").seed);
+  EXPECT_NE(robot("last/session-1").seed, robot("last").seed);
+  EXPECT_EQ(score("last", "first_pose_correct"), 1);
+  EXPECT_GT(score("last", "map_reused_fraction"), 0.5);
+  EXPECT_TRUE(json("last/session-1", "score.json")["metrics"]["reloc_score"]["value"].is_null());
+  ASSERT_EQ(replay("last", "replay", last).ending, Ending::completed);
+  Words changed = changed_by_replay("last", "replay");
+  std::erase_if(changed, [](const auto& name) { return name.starts_with("session-1/recording/"); });
+  EXPECT_THAT(changed, IsEmpty());
+  fs::copy(folder_ / "last", folder_ / "moved", fs::copy_options::recursive);
+  const auto first = sim::scenario::read_scenario(folder_ / "moved/session-1/scenario.yaml");
+  replay("moved/session-1", "alone", first);
+  EXPECT_THAT(changed_by_replay("moved/session-1", "alone"), testing::ElementsAre("about.json"))
+      << "its keys are set by another file";
+}
+
 TEST_F(RunTest, EachSensorOfTheRigIsRecordedAtItsRate) {
   sim::recording::RecordingReader reader(live() + "/recording");
   const double end_s = slam::seconds(sim::recording::read_truth(live() + "/recording").camera.back().t);

@@ -230,6 +230,30 @@ TEST_F(Base, SetsOnlyWhatTheScenarioDoesNotSetItself) {
   EXPECT_EQ(whole.find("base"), whole.npos);
 }
 
+TEST(Sessions, AreTheScenarioWithOtherKeysOtherNoiseAndTheSameRobot) {
+  const ReadScenario read = read_text(
+      kAll +
+      "seed: 5\nsessions: [{session: {set: [world.light.level=0.3, 'world.start={x_m: 1, y_m: 2}']}},\n"
+      "  {session: {set: []}}]\n");
+  const Scenario first = session(read, 0).scenario, second = session(read, 1).scenario;
+  EXPECT_EQ(first.world.light.level, 0.3);
+  EXPECT_EQ(first.world.start.y_m, 2);
+  EXPECT_EQ(second.world.light.level, 1);
+  EXPECT_TRUE(first.sessions.empty() && first.slam->map.save && !read.scenario.slam->map.save);
+  EXPECT_EQ(first.world.variation.seed, 5U);
+  EXPECT_EQ(second.world.variation.seed, 5U);
+  EXPECT_EQ(std::set({read.scenario.seed, first.seed, second.seed}).size(), 3U);
+  EXPECT_EQ(to_yaml(read_text(to_yaml(read.scenario)).scenario), to_yaml(read.scenario));
+  for (const auto& [set, error] :
+       {std::pair{"camera.width_px=640",
+                  "session 1 sets 'camera.width_px=640', expected keys that start with walk."},
+        {"world.light.levl=1", "session 1: <argument>:1:1: world.light.levl: unknown key; did you mean"}})
+    EXPECT_THAT(files::error_of([&, set = std::string(set)] {
+                  read_text(kAll + "sessions: [{session: {set: [" + set + "]}}]\n");
+                }),
+                testing::AllOf(testing::HasSubstr(": sessions: "), testing::HasSubstr(error)));
+}
+
 TEST_F(Base, TheMapOfAnEarlierSessionIsRelativeToTheFileThatNamesIt) {
   file("bases/b.yaml", kAll + "slam.map.load: ../first/map.bin\n");
   const ReadScenario read = read_scenario(file("c.yaml", "base: bases/b.yaml\n"));

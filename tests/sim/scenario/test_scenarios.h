@@ -28,7 +28,8 @@ inline std::optional<Scenario> changed(const Key& key) {
       "{program: [./mine]; options: {a: {b: 1}}}, [{stand: {duration_s: 2}}], [{gyro_silent: {}}], [{door: "
       "{x_m: 1}}], "
       "[{push: {time_s: 1; impulse_ns: 3}}], "
-      "[{patch: {x_min_m: 1; x_max_m: 2; y_min_m: 1; y_max_m: 2; friction: 0.3}}], [0.1; 0.2; 0.3], [d435i]";
+      "[{patch: {x_min_m: 1; x_max_m: 2; y_min_m: 1; y_max_m: 2; friction: 0.3}}], [0.1; 0.2; 0.3], [d435i], "
+      "[{session: {set: [world.start.x_m=1]}}]";
   if (key.expected.starts_with(kOneOf)) texts = key.expected.substr(kOneOf.size());
   std::istringstream in(texts);
   for (std::string text; std::getline(in, text, ',');) {

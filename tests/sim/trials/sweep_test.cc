@@ -1,9 +1,11 @@
 // Values to try and plans of sweeps, both right and wrong.
 #include "sim/trials/sweep.h"
 
+#include "sim/replay/replay.h"
 #include "sim/trials/trial.h"
 #include "sim/trials/values.h"
 #include "tests/sim/files/temporary_folder.h"
+#include "tests/sim/result/result_folder.h"
 #include "tests/sim/trials/synthetic_result.h"
 
 namespace sim::trials {
@@ -310,6 +312,27 @@ TEST(InnovationNll, HasNoValueWithoutInnovationsOrWhereACovarianceIsNotPositiveD
   tracking::Tracked tracked = random_walk(0.2);
   tracked.frames.back().report.innovations.front().nis.value = std::numeric_limits<double>::infinity();
   EXPECT_FALSE(innovation_nll(tracked, 1));
+}
+
+TEST(Trial, WithSessionsHasTheMetricsOfItsReplay) {
+  const files::TemporaryFolder folder;
+  const fs::path result = folder / "seed-1";
+  for (const fs::path& walked : {result, result / "session-1"})
+    tests::write_result(walked, tests::short_walk(40));
+  const auto read = scenario::read_scenario(
+      result / "scenario.yaml", {{"slam.map.start=unknown", "sessions=[{session: {set: []}}]"}, {}});
+  sim::replay::replay(read, result / "recording", sim::replay::read_walk_end(result),
+                      {folder / "replay", "", "1", "test", {}}, [](double) {});
+  std::vector<std::string> asked;
+  const JobRecord trial =
+      run_task({"key", 1, scenario::to_yaml(read.scenario)}, [&](const auto&, const std::string& session) {
+        asked.push_back(session);
+        return std::make_shared<const Recording>(load(result / session));
+      });
+  EXPECT_THAT(asked, testing::ElementsAre("session-1", ""));
+  for (const char* const name : {"map_reused_fraction", "time_to_localize_s", "rmse_m"})
+    EXPECT_EQ(trial.value(name), tests::metric(folder / "replay", name)) << name;
+  EXPECT_TRUE(fs::exists(folder / "replay" / "session-1" / "map.bin"));
 }
 
 // No landmark is ever found again if a correlation of 1 is required.

@@ -110,8 +110,9 @@ class Tunings : public testing::Test {
     const RunTasks run_tasks = [&](const std::vector<Task>& tasks, JobLog& log) {
       if (most) *most = std::max(*most, tasks.size());
       const auto run = [&](const Task& task) {
-        log.add({run_task(
-            task, [&](const auto&) { return std::make_shared<const Recording>(load(task.recording)); })});
+        log.add({run_task(task, [&](const auto&, const auto&) {
+          return std::make_shared<const Recording>(load(task.recording));
+        })});
       };
       most ? std::for_each(tasks.rbegin(), tasks.rend(), run)
            : std::for_each(tasks.begin(), tasks.end(), run);
