@@ -426,9 +426,9 @@ ReadScenario read_scenario_text(std::string_view text, const std::string& file_n
 
 ReadScenario session(const ReadScenario& read, std::size_t index) {
   constexpr std::uint64_t kOtherNoise = 1'000'003;
-  constexpr std::array kMayDiffer{"walk.",        "world.room",    "world.start",
-                                  "world.light",  "world.moved",   "world.floor",
-                                  "world.pushes", "errors.faults", "slam.map.start"};
+  constexpr std::array kMayDiffer{"walk.",         "world.room",    "world.start",  "world.light",
+                                  "world.moved",   "world.floor",   "world.pushes", "world.actors",
+                                  "errors.faults", "slam.map.start"};
   const Yaml at = place_of(read, "sessions");
   Scenario scenario = read.scenario;
   const Session session = scenario.sessions[index];
