@@ -149,6 +149,15 @@ std::optional<MeanRate> InternalMeasurements::driving_rate(const RobotVector& x)
   return continues || change.squaredNorm() < kGate3 * sigma * sigma ? rate : std::nullopt;
 }
 
+double InternalMeasurements::turn_difference(const RobotVector& x,
+                                             const std::optional<PlannedInterval>& planned,
+                                             double dt_s) const {
+  const auto rate = mean_rate(later_, options_);
+  if (!rate || !planned || !planned->legs) return 0;
+  const Eigen::Vector3d up_C = rotation_matrix(x.segment<4>(kOrientation)).row(2);
+  return dt_s * up_C.dot(rate->w_C - x.segment<3>(kGyroBias) - planned->legs->rate);
+}
+
 Prediction InternalMeasurements::predict(const Observation& o, Stamp previous,
                                          const std::optional<PlannedInterval>& planned, const State& state,
                                          FrameReport& report) {
