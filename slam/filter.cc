@@ -123,6 +123,8 @@ void Filter::predict_and_update(const Observation& o, const std::optional<Planne
   visual_.predict(o.t, seconds(o.t - *now_), kalman_);
   if (!internal_.update(o, *now_, planned, kalman_, report_))
     tracking_.diverge("the internal innovation covariance is not positive definite");
+  const double dt = seconds(o.t - *now_);
+  sensors_.turns().add(dt, internal_.turn_difference(kalman_.state().robot(), planned, dt));
 }
 
 /// Tests the sensors against their models, using the evidence in this frame's innovations.

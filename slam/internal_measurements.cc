@@ -22,8 +22,8 @@ constexpr double kLegDoubt_s = 0.5;
 constexpr double kLegRate_rad_s = 0.05;
 constexpr double kStumbled_m = 0.1;  // standard deviation of the legs' height during a stumble
 // Standard deviation of the legs' vertical velocity on a floor that is not level. Its errors add up from step
-// to step, as the lasting error of the height does.
-constexpr double kVertical_m_s = 0.01;
+// to step, as the lasting error of the height does: soles sink in as they land, by up to 5 mm/s on average.
+constexpr double kVertical_m_s = 0.03;
 
 /// The inputs from which the sensors' measurements of one frame are computed.
 struct Inputs {
@@ -147,6 +147,15 @@ std::optional<MeanRate> InternalMeasurements::driving_rate(const RobotVector& x)
   const double sigma = options_.motion.sigma_angular_acceleration_rad_s2 * seconds(later_.to - later_.from);
   const bool continues = adjoin(last_rate_, later_.gyro, kMostAngularAcceleration_rad_s2);
   return continues || change.squaredNorm() < kGate3 * sigma * sigma ? rate : std::nullopt;
+}
+
+double InternalMeasurements::turn_difference(const RobotVector& x,
+                                             const std::optional<PlannedInterval>& planned,
+                                             double dt_s) const {
+  const auto rate = mean_rate(later_, options_);
+  if (!rate || !planned || !planned->legs) return 0;
+  const Eigen::Vector3d up_C = rotation_matrix(x.segment<4>(kOrientation)).row(2);
+  return dt_s * up_C.dot(rate->w_C - x.segment<3>(kGyroBias) - planned->legs->rate);
 }
 
 Prediction InternalMeasurements::predict(const Observation& o, Stamp previous,

@@ -14,6 +14,10 @@ class InternalMeasurements {
   InternalMeasurements(const Options& options, const Calibration& calibration);
   /// From now on, the floor is not taken to be level.
   void leave_level() { level_ = false; }
+  /// Returns the turn about the vertical by the gyro minus the one by the legs since the previous
+  /// observation, dt_s ago, or 0 if one of them is missing.
+  double turn_difference(const RobotVector& x, const std::optional<PlannedInterval>& planned,
+                         double dt_s) const;
   /// Adds the plan, leg odometry and command of an observation. Returns the motion since the previous
   /// observation, dt_s ago.
   std::optional<PlannedInterval> advance_plan(const Observation& observation, double dt_s) {

@@ -27,6 +27,11 @@ constexpr double kScatter = 1.5;    // bound on the gyro's scatter, relative to 
 constexpr double kMemory = 1200;    // second differences: 2 s of three axes
 constexpr double kFewest = 600;     // second differences
 
+constexpr double kTurnMemory_s = 3;
+// Without faults, the difference in this time is at most 0.02 rad on the circles, and 0.11 rad if the
+// friction is only 0.1.
+constexpr double kLargestTurn_rad = 0.2;
+
 constexpr double kInnovationMemory_s = 5;
 constexpr double kFewestFrames = 30;
 
@@ -188,6 +193,12 @@ bool GyroNoiseTest::scatters() const {
   return count_ >= kFewest && beyond_ > 0.5 * count_ && white_ > 0.5 * count_;
 }
 
+void TurnTest::add(double dt_s, double difference_rad) {
+  difference_rad_ = std::exp(-dt_s / kTurnMemory_s) * difference_rad_ + difference_rad;
+}
+
+bool TurnTest::fails() const { return std::abs(difference_rad_) > kLargestTurn_rad; }
+
 void ImageTest::add(double dt_s, std::size_t searched, std::size_t accepted, std::size_t unreliable) {
   const double keep = std::exp(-dt_s / kImageMemory_s);
   searched_ = keep * searched_ + static_cast<double>(searched);
@@ -235,6 +246,8 @@ double SensorMonitor::sigmas(int error) const {
 std::optional<std::string> SensorMonitor::suspect() const {
   if (options_.gyro.enabled && gyro_.scatters())
     return "inconsistent: gyro, its readings scatter more than 1.5 times as much as assumed";
+  if (options_.gyro.enabled && turns_.fails())
+    return "inconsistent: gyro, it turns differently from the legs";
   if (images_.fails()) return "inconsistent: images, landmarks are not found at their predicted pixels";
   if (matches_.fails()) return "inconsistent: images, their matches scatter more than assumed";
   if (height_.fails()) return "inconsistent: height, the floor is not level";

@@ -121,6 +121,19 @@ class GyroNoiseTest {
   double count_ = 0, beyond_ = 0, white_ = 0;  // numbers of second differences; older ones weigh less
 };
 
+/// Compares the turns of the gyro with those of the legs, in the last seconds. A gyro whose readings are
+/// scaled or constant turns by another angle.
+class TurnTest {
+ public:
+  /// difference_rad: the turn about the vertical by the gyro minus the one by leg odometry, in a frame
+  /// interval.
+  void add(double dt_s, double difference_rad);
+  bool fails() const;
+
+ private:
+  double difference_rad_ = 0;  // older ones weigh less
+};
+
 /// Compares the number of landmarks found again with the number predicted. With images of a different place
 /// or motion, new landmarks keep being added that are not found again, and tracking is lost although the
 /// images are good.
@@ -166,6 +179,7 @@ class SensorMonitor {
   /// dt_s: the interval since the previous evidence.
   void add(const Evidence& evidence, double dt_s);
   GyroNoiseTest& gyro() { return gyro_; }
+  TurnTest& turns() { return turns_; }
   ImageTest& images() { return images_; }
   InnovationTest& matches() { return matches_; }
   InnovationTest& legs() { return legs_; }
@@ -183,6 +197,7 @@ class SensorMonitor {
   Options options_;
   Evidence sums_{};
   GyroNoiseTest gyro_;
+  TurnTest turns_;
   ImageTest images_;
   // With right noises the largest means are 1.5 (matches), 0.9 (legs) and 1.5 (height). On a ramp that is
   // assumed to be level, the height's mean reaches 8 to 35; if matches scatter four times as much as assumed,

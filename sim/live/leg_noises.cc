@@ -18,7 +18,7 @@ constexpr double kLeastVelocity_m_s = 0.003, kLeastRelative = 0.003;
 
 }  // namespace
 
-double LegNoises::Errors::rms() const { return std::sqrt(squares / std::max(1.0, count)); }
+double LegNoises::Errors::rms() const { return std::sqrt(std::max(0.0, squares) / std::max(1.0, count)); }
 
 void LegNoises::start(const Eigen::Isometry3d& X_WC_known, const Eigen::Isometry3d& X_WC) {
   const Eigen::Isometry3d error = X_WC_known.inverse() * X_WC;
@@ -76,15 +76,16 @@ void LegNoises::end(double stride_s) {
   }
   sway[1] = 0;
 
-  Eigen::Vector3d shift = Eigen::Vector3d::Zero(), mean = shift;
+  // The covariance of the errors of successive frames separates errors that last (sway, positive) from white
+  // errors of the position (negative) and white errors of the velocity (none).
+  Eigen::Vector3d last = Eigen::Vector3d::Zero();
   double height = frames_.empty() ? 0 : frames_[0].height_error_m;
   for (const Frame& f : frames_) {
     const Eigen::Vector3d error = f.error - (sway * f.sway).matrix();
-    shift += f.dt_s * error;
-    mean = shift + std::exp(-f.dt_s / stride_s) * (mean - shift);
+    const double lasting = error.dot(std::exchange(last, error));
     velocity_m_s_.add(error);
-    position_m_.add(shift - mean);
-    sway_m_s_.add(2 * std::numbers::pi / stride_s * (shift - mean));
+    sway_m_s_.squares += lasting, sway_m_s_.count += 3;
+    position_m_.squares -= f.dt_s * f.dt_s * lasting, position_m_.count += 3;
     height = f.height_error_m + std::exp(-f.dt_s / kLasting_s) * (height - f.height_error_m);
     height_m_.add(f.height_error_m - height);
     lasting_m_.add(height);
@@ -106,6 +107,8 @@ std::string LegNoises::yaml() const {
   const auto start = [](const std::array<Errors, 3>& axes) {  // of the worst axis
     return std::max({kLeastStart, axes[0].rms(), axes[1].rms(), axes[2].rms()});
   };
+  Errors white = velocity_m_s_;  // without the two other errors; the one of the position enters twice
+  white.squares -= std::max(sway_m_s_.squares, -2 * sway_m_s_.squares);
   return fmt::format(
       "slam:\n"
       "  start: {{sigma_position_m: {:.2g}, sigma_orientation_rad: {:.2g}}}\n"
@@ -114,7 +117,7 @@ std::string LegNoises::yaml() const {
       "sigma_sway_m_s: {:.2g}, sigma_sway_scale: {:.2g}}}\n",
       start(start_m_), start(start_rad_), std::hypot(kReading_m, height_m_.rms()),
       std::hypot(kReading_m, lasting_m_.rms()), std::hypot(kReading_m, position_m_.rms()),
-      std::max(kLeastVelocity_m_s, velocity_m_s_.rms()), std::max(kLeastRelative, stride_.rms()),
+      std::max(kLeastVelocity_m_s, white.rms()), std::max(kLeastRelative, stride_.rms()),
       std::max(kLeastVelocity_m_s, sway_m_s_.rms()), std::max(kLeastRelative, sway_.rms()));
 }
 

@@ -46,7 +46,7 @@ stabilizer: {{ankle_admittance: {{gain_rad_s_per_nm: {:.2g}}}, landing_adjustmen
 constexpr const char* kNoises = R"(# guess: leg odometry of a robot that nobody has measured
 slam:
   height: {sigma_m: 0.001}
-  leg_odometry: {sigma_position_m: 0.003, sigma_m_s: 0.003, sigma_stride: 0.006, sigma_sway_m_s: 0.01, sigma_sway_scale: 0.06}
+  leg_odometry: {sigma_position_m: 0.0001, sigma_m_s: 0.008, sigma_stride: 0.006, sigma_sway_m_s: 0.003, sigma_sway_scale: 0.003}
 )";
 constexpr const char* kRig =
     "# Further sensors of the model, for any scenario: gaitslam run SCENARIO --with rig.yaml\nrig:\n";

@@ -278,6 +278,19 @@ TEST(GyroNoiseTest, ReadingsSplitByAFrameAreNotCompared) {
   EXPECT_FALSE(monitor.scatters());
 }
 
+TEST(TurnTest, FailsIfTheGyroTurnsDifferentlyFromTheLegsForSomeSeconds) {
+  const double dt_s = 1.0 / 30;
+  TurnTest slipping, stuck;
+  for (int frame = 0; frame < 90; ++frame) {  // 3 s
+    slipping.add(dt_s, 0.04 * dt_s);          // soles that slip by 2.3 degrees a second
+    stuck.add(dt_s, 0.26 * dt_s);             // a circle of 0.75 m at 0.2 m/s
+    EXPECT_FALSE(slipping.fails());
+  }
+  EXPECT_TRUE(stuck.fails());
+  for (int frame = 0; frame < 300; ++frame) stuck.add(dt_s, 0);
+  EXPECT_FALSE(stuck.fails());
+}
+
 TEST(ImageTest, FailsIfLandmarksAreNotFoundAndAreDeletedAgain) {
   ImageTest sound, other, dark;
   for (int frame = 0; frame < 100; ++frame) {
