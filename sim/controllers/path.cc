@@ -61,7 +61,8 @@ void Path::add(std::size_t command, const Velocity& direction, double length) {
                     command, largest_.ahead, largest_.left, largest_.turn));
   const double scale = kFeedForward / faster;
   const Velocity v{scale * direction.ahead, scale * direction.left, scale * direction.turn};
-  pieces_.push_back({command, end_, v, length / scale, duration_s()});
+  last_move_s_ = duration_s();
+  pieces_.push_back({command, end_, v, length / scale, last_move_s_});
   end_ = end_ * moved(v, length / scale);
 }
 
@@ -126,7 +127,7 @@ void PathFollower::locate(const walking::PlaceEstimate& place) {
 }
 
 bool PathFollower::may_end() const {
-  return !error_ || stands() ||
+  return !error_ || stands() || path_.goes_on(t_s_) ||
          (error_->position.norm() <= steering_.tolerance_m &&
           std::abs(error_->yaw) <= steering_.tolerance_rad);
 }

@@ -27,6 +27,8 @@ class Path {
   /// Returns the piece at that time, or the last piece after the end. There must be at least one.
   const Piece& piece(double t_s) const;
   walking::FootPose pose(double t_s) const;
+  /// Returns whether the path goes on after the piece at that time.
+  bool goes_on(double t_s) const { return t_s < last_move_s_; }
 
  private:
   void add(std::size_t command, const walking::Command& what);
@@ -36,6 +38,7 @@ class Path {
   Velocity largest_;
   std::vector<Piece> pieces_;
   walking::FootPose end_;
+  double last_move_s_ = 0;  // start of the last piece that moves
 };
 
 /// Follows a path: feed-forward, plus feedback from an estimated place if there is one.

@@ -20,8 +20,6 @@ constexpr double kWalk_s = 8;
 constexpr int kFrameTicks = 7;  // about the time between two frames of a camera
 constexpr double kYaw_rad = 15 * score::kDegree, kShare = 0.1, kLeast_m = 0.05;
 
-double yaw(const Eigen::Isometry3d& X) { return std::atan2(X.linear()(1, 0), X.linear()(0, 0)); }
-
 /// Counts how often a foot has left the floor and landed.
 class Landings {
  public:
@@ -125,7 +123,8 @@ Walked walked(const scenario::Scenario& scenario, const physics::Models& models,
   result.path_m = (end.translation() - start.translation()).head<2>().norm();
   result.error_m = (X_WB.translation() - end.translation()).head<2>().norm();
   const auto turn = [](const Eigen::Isometry3d& from, const Eigen::Isometry3d& to) {
-    return std::abs(std::remainder(yaw(to) - yaw(from), 2 * std::numbers::pi));
+    return std::abs(
+        std::remainder(walking::on_floor(to).yaw - walking::on_floor(from).yaw, 2 * std::numbers::pi));
   };
   result.turn_rad = turn(start, end);
   result.yaw_error_rad = turn(end, X_WB);

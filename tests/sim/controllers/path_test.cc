@@ -85,6 +85,25 @@ TEST(PathFollower, BringsARobotWithGainAndBiasToTheEnd) {
   }
 }
 
+TEST(PathFollower, OnlyTheEndOfThePathWaitsForARobotThatLags) {
+  walking::SteeringOptions steering;
+  steering.tolerance_m = 0.05, steering.tolerance_rad = 0.1;
+  const auto waits_after_a_meter = [&](const std::vector<walking::Command>& commands) {
+    PathFollower follower(Path(commands, kLargest), kLargest, steering);
+    double t_s = 0;
+    for (; !follower.is_over(); t_s += kTick) {
+      const walking::FootPose at = follower.desired() * walking::FootPose{{-0.2, 0}, 0};
+      follower.locate({t_s, follower.desired(), at});
+      follower.advance(kTick);
+      if (follower.desired().position.x() > 1.0001) return false;
+    }
+    return true;
+  };
+  const walking::Straight ahead{1, 0};
+  EXPECT_FALSE(waits_after_a_meter({ahead, walking::Stand{1}, ahead}));
+  EXPECT_TRUE(waits_after_a_meter({ahead, walking::Stand{1}}));
+}
+
 TEST(PathFollower, ASteeredCommandDoesNotJumpWhereAnArcTurnsBack) {
   PathFollower follower(
       Path({walking::PerpendicularArc{1, 0.7}, walking::PerpendicularArc{1, -0.7}}, kLargest), kLargest, {});
