@@ -60,7 +60,9 @@ void print_keys() {
             << scenario::describe<walking::Command>() << "\nItems of errors.faults:\n"
             << scenario::describe<sensor_errors::Fault>() << "\nItems of rig:\n"
             << scenario::describe<rig::Item>() << "\nItems of world.pushes and world.floor_patches:\n"
-            << scenario::describe<physics::Push>() << scenario::describe<physics::FloorPatch>();
+            << scenario::describe<physics::Push>() << scenario::describe<physics::FloorPatch>()
+            << "\nItems of sessions:\n"
+            << scenario::describe<scenario::Session>();
   std::cout << "\nlimits.<metric>.at_most, limits.<metric>.at_least; over seeds "
                "limits.<metric>.median.at_most (or mean, worst). Metrics:\n";
   for (const auto& metric : score::metric_definitions())
