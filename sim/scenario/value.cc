@@ -170,6 +170,7 @@ std::string expected(const Domain& domain, const physics::NameOrPath&) {
 }
 std::string expected(const Domain&, const fs::path&) { return "the path of a file, or ''"; }
 std::string expected(const Domain& domain, const std::vector<std::string>&) {
+  if (domain.choices.empty()) return "a list of texts";
   return fmt::format("a list of {}", fmt::join(domain.choices, ", "));
 }
 std::string expected(const Domain& domain, const Eigen::Vector3d&) {

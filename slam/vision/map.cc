@@ -249,7 +249,8 @@ void Map::consider_known(Stamp t, Kalman& kalman) {
   };
   auto place = std::find_if(places_.begin(), places_.end(), is_here);
   if (place == places_.end())
-    place = places_.insert(place, {X_WC.translation(), X_WC.linear().col(2), t, Stamp::min(), 1});
+    place = places_.insert(place, {X_WC.translation(), X_WC.linear().col(2), t,
+                                   session_ > 2 ? kEarlierSession : Stamp::min(), session_});
   if (t - place->last > kAway) place->known = place->last, ++place->visits;
   place->last = t;
   visits_ = place->visits;

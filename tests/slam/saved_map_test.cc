@@ -82,6 +82,19 @@ TEST(SavedMap, HasEachLandmarkWithItsCovarianceAndLoadsWithMoreOfIt) {
   EXPECT_TRUE(kalman.is_valid(kalman.state().size));
 }
 
+TEST(SavedMap, IsUpdatedInTheSecondSessionAndConsideredFromTheThirdOn) {
+  for (const int sessions : {1, 2}) {
+    SavedMap map = first_map();
+    map.sessions = sessions;
+    Map loaded(Options{}, Camera(map.camera), 1);
+    Kalman kalman({looking_ahead(), RobotMatrix::Identity()}, true);
+    loaded.load(map, kalman);
+    loaded.consider_known(Stamp(0), kalman);
+    EXPECT_EQ(kalman.considers(loaded.landmarks().front().at), sessions == 2);
+    EXPECT_EQ(kalman.considers(loaded.landmarks().back().at), sessions == 2);
+  }
+}
+
 TEST(SavedMap, ASecondSessionFindsItselfFromAKnownARoughAndAnUnknownStart) {
   const Eigen::Isometry3d away = turned(2.2, 3);
   for (const auto& [start, told_by, latest] : {std::tuple{MapStart::known, turned(0.04, 0.04), 2},

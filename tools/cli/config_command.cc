@@ -57,7 +57,8 @@ void print_keys() {
     std::cout << fmt::format("{}\n    {}\n    {}{}\n", key.name, key.doc, key.expected, shown);
   }
   std::cout << "\nItems of walk.commands:\n"
-            << scenario::describe<walking::Command>() << "\nItems of errors.faults:\n"
+            << scenario::describe<walking::Command>() << "\nItems of sessions:\n"
+            << scenario::describe<scenario::Session>() << "\nItems of errors.faults:\n"
             << scenario::describe<sensor_errors::Fault>() << "\nItems of rig:\n"
             << scenario::describe<rig::Item>() << "\nItems of world.pushes and world.floor_patches:\n"
             << scenario::describe<physics::Push>() << scenario::describe<physics::FloorPatch>()
