@@ -2,7 +2,6 @@
 const {spawn} = require('child_process');
 const fs = require('fs');
 
-
 // Commands go through a pipe as JSON messages, each ending with a zero byte.
 class Browser {
   constructor(profile) {
