@@ -441,7 +441,13 @@ ReadScenario session(const ReadScenario& read, std::size_t index) {
   scenario.seed += kOtherNoise * (index + 1);
   scenario.slam->map.save = true;
   try {
-    return read_scenario_text(to_yaml(scenario), read.start.file, {session.set, {}});
+    ReadScenario made = read_scenario_text(to_yaml(scenario), read.start.file, {session.set, {}});
+    for (auto& [key, origin] : made.origin) {
+      const auto given = read.origin.find(origin.starts_with("argument") ? "sessions" : key);
+      origin = given == read.origin.end() ? "" : given->second;
+    }
+    std::erase_if(made.origin, [](const auto& each) { return each.second.empty(); });
+    return made;
   } catch (const ConfigError& error) {
     fail(at, "sessions", "session {}: {}", index + 1, error.what());
   }

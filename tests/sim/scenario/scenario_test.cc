@@ -236,6 +236,10 @@ TEST(Sessions, AreTheScenarioWithOtherKeysOtherNoiseAndTheSameRobot) {
       "seed: 5\nsessions: [{session: {set: [world.light.level=0.3, 'world.start={x_m: 1, y_m: 2}']}},\n"
       "  {session: {set: []}}]\n");
   const Scenario first = session(read, 0).scenario, second = session(read, 1).scenario;
+  const auto origin = session(read, 0).origin;
+  EXPECT_EQ(origin.at("world.light.level"), read.origin.at("sessions")) << "wherever its text was";
+  EXPECT_EQ(origin.at("seed"), read.origin.at("seed"));
+  EXPECT_FALSE(origin.contains("world.robot"));
   EXPECT_EQ(first.world.light.level, 0.3);
   EXPECT_EQ(first.world.start.y_m, 2);
   EXPECT_EQ(second.world.light.level, 1);
