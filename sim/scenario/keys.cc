@@ -111,9 +111,8 @@ bool shapes_recording(std::string_view key) {
 }
 
 bool shapes_estimate(std::string_view key) {
-  return find_key(key) &&
-         (key.starts_with("errors.") || key.starts_with("slam.") || key.starts_with("estimator") ||
-          key == "sessions");
+  return find_key(key) && (key.starts_with("errors.") || key.starts_with("slam.") ||
+                           key.starts_with("estimator") || key == "sessions");
 }
 
 bool shapes_recording(const Scenario& scenario, std::string_view key) {

@@ -190,8 +190,7 @@ TEST_F(RunTest, TheRecordingStartsAtRest) {
 TEST_F(RunTest, ARunThatCannotStartLeavesNothingBehind) {
   EXPECT_ANY_THROW(run("no", scenario({"world.room=cellar"})));
   EXPECT_ANY_THROW(run("no", scenario({"world.robot=nobody"})));
-  EXPECT_ANY_THROW(run("no", scenario({"world.room=floor", "world.moved.seed=1"})))
-      << "no furniture to move";
+  EXPECT_ANY_THROW(run("no", scenario({"world.room=floor", "world.moved.seed=1"}))) << "no furniture to move";
   EXPECT_TRUE(fs::is_empty(folder_));
 }
 
