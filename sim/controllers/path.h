@@ -27,7 +27,7 @@ class Path {
   /// Returns the piece at that time, or the last piece after the end. There must be at least one.
   const Piece& piece(double t_s) const;
   walking::FootPose pose(double t_s) const;
-  /// Returns whether the path goes on after the piece at that time.
+  /// Returns whether the path still moves after that time.
   bool goes_on(double t_s) const { return t_s < last_move_s_; }
 
  private:

@@ -44,8 +44,8 @@ inline Eigen::Isometry3d turned_pose_in(const double* p, const double* q) {
   return Eigen::Translation3d(p[0], p[1], p[2]) * Eigen::Quaterniond(q[0], q[1], q[2], q[3]);
 }
 
-/// Computes the poses of all bodies: those of the robot by the positions, those of actors by the time of
-/// `data`.
+/// Computes the poses of the robot's bodies from the positions in `data`, and the poses of actors from its
+/// time.
 void pose_bodies(const mjModel_& model, mjData_& data);
 /// Returns whether a geom belongs to an actor.
 bool is_actor(const mjModel_& model, int geom);

@@ -107,7 +107,7 @@ struct MadeSession {
   Outcome outcome;
   SessionMap map;
 };
-/// Makes a session from the map of the one before, and writes its result into a folder.
+/// Makes a session from the map of the previous session, and writes its result into a folder.
 using MakeSession = std::function<MadeSession(const scenario::ReadScenario&, const SessionMap& before,
                                               const ResultPlace&, const fs::path& into, const Progress&)>;
 

@@ -121,7 +121,7 @@ struct Timeliness {
 /// The use of a map of an earlier session.
 struct LoadedMap {
   bool refused = false;                 ///< the estimator started a new map instead
-  std::size_t matches = 0, reused = 0;  ///< number of accepted matches, and of those with its landmarks
+  std::size_t matches = 0, reused = 0;  ///< number of accepted matches, and of matches with its landmarks
 };
 
 /// The commanded path, placed in W at the start.

@@ -75,8 +75,8 @@ ordered_json json_of(const ShownRun& run) {
           {"palette", run.rig.empty() ? ordered_json(nullptr) : ordered_json(colors)}};
 }
 
-/// What a recording adds to frames, in chronological order: feet, the zero-moment point, and the robot's
-/// bodies.
+/// Adds feet, the zero-moment point and the robot's bodies from a recording to frames, in chronological
+/// order.
 class RecordedMotion {
  public:
   explicit RecordedMotion(const recording::Manifest& manifest)
