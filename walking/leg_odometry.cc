@@ -125,7 +125,7 @@ std::pair<LegOdometry::Motion, bool> LegOdometry::turned(const JointVector& q, c
     point.head<2>() = Eigen::Vector2d(-wrench.torque.y() / load, wrench.torque.x() / load)
                           .cwiseMax(leg.sole_min)
                           .cwiseMin(leg.sole_max);
-    const Eigen::Vector3d before = X_OB_.linear() * (X_BS(side, last_.q) * point);
+    const Eigen::Vector3d before = X_OB_.linear() * (feet_[static_cast<std::size_t>(side)].X_BS * point);
     const Eigen::Vector3d after = now.X_OB.linear() * (X_BS(side, q) * point);
     const double slid = (before - after - coasting).head<2>().norm();
     coasts &= slid > kAllSlide_m_s * dt_s;
@@ -162,6 +162,8 @@ void LegOdometry::follow_points(const SensorReadings& readings) {
             .normalized()
             .toRotationMatrix();
   }
+  for (const Side side : {Side::right, Side::left})
+    feet_[static_cast<std::size_t>(side)].X_BS = X_BS(side, readings.q);
   last_ = readings;
 }
 

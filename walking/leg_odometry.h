@@ -77,8 +77,9 @@ class LegOdometry {
   bool started_ = false;
   Side carrying_ = Side::left;
   struct Foot {
-    std::vector<double> bush;  // deflections
-    Wrench pads;               // the wrench that the pads have followed
+    std::vector<double> bush;                                // deflections
+    Wrench pads;                                             // the wrench that the pads have followed
+    Eigen::Isometry3d X_BS = Eigen::Isometry3d::Identity();  // at the last readings, for points
   };
   std::array<Foot, 2> feet_;  // by Side
 };

@@ -92,6 +92,17 @@ TEST(LegOdometry, AChestThatTurnsOnItsWaistDoesNotTurnTheWaist) {
   EXPECT_LT((legs.motion(readings.q).X_OB.matrix() - Eigen::Matrix4d::Identity()).norm(), 1e-12);
 }
 
+TEST(LegOdometry, TheDeflectionOfABushMovesTheWaistOnAnyFloor) {
+  Robot robot = made_up_robot();
+  for (Leg& leg : robot.legs) leg.bush = {{false, Eigen::Vector3d::UnitX(), 1e4}};
+  LegOdometry legs(robot, Eigen::Isometry3d::Identity(), Floor::any);
+  SensorReadings readings = loaded(robot, 300, 0, 0);
+  legs.add(readings);
+  readings.left.force.x() = 4;  // the ground pushes the sole ahead by 0.4 mm
+  legs.add(readings);
+  EXPECT_NEAR(legs.motion(readings.q).X_OB.translation().x(), -0.0004, 1e-9);
+}
+
 /// Leg odometry of a robot whose knees move the soles forward or backward in the waist's axes.
 class Sliding {
  public:
