@@ -5,7 +5,10 @@
 namespace walking {
 namespace {
 
-constexpr double kLag_s = 0.5;      // slower than a sole that rocks on its edge
+constexpr double kLag_s = 0.5;  // slower than a sole that rocks on its edge
+// A loaded sole tilts by about this much as the center of pressure moves, to either side in each stride. An
+// ankle that followed it at once would yield.
+constexpr double kSway = 0.02, kSwayLag_s = 3;
 constexpr double kLoaded = 0.3;     // fraction of the weight; a sole with more load lies flat on the floor
 constexpr double kSteepest = 0.25;  // limit in case of faulty sensors
 
@@ -23,7 +26,8 @@ void FloorSlope::update(const Reference& reference, const Eigen::Vector2d& tilt,
     const Eigen::Vector3d up =
         R_PB * sole_in_base(robot_, side, leg_angles(robot_.leg(side), readings.q)).linear().col(2);
     const Eigen::Vector2d measured = -up.head<2>() / up.z();
-    gradient_ += std::min(load, 1.0) * kPeriod / kLag_s * (measured - gradient_);
+    const Eigen::Vector2d change = measured - gradient_, sway = change.cwiseMax(-kSway).cwiseMin(kSway);
+    gradient_ += std::min(load, 1.0) * kPeriod * ((change - sway) / kLag_s + sway / kSwayLag_s);
   }
   gradient_ = gradient_.cwiseMax(-kSteepest).cwiseMin(kSteepest);
 }
