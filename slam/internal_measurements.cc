@@ -24,6 +24,9 @@ constexpr double kStumbled_m = 0.1;  // standard deviation of the legs' height d
 // Standard deviation of the legs' vertical velocity on a floor that is not level. Its errors add up from step
 // to step, as the lasting error of the height does: soles sink in as they land, by up to 5 mm/s on average.
 constexpr double kVertical_m_s = 0.03;
+// At least the standard deviation of the legs' velocity on such a floor: a center of pressure moves as the
+// sole rolls over edges and bumps.
+constexpr double kUneven_m_s = 0.01;
 
 /// The inputs from which the sensors' measurements of one frame are computed.
 struct Inputs {
@@ -61,7 +64,9 @@ OptionalMeasurement leg_rate(const Inputs& in) {
 
 OptionalMeasurement leg_velocity(const Inputs& in) {
   if (!in.options.plan_velocity.enabled || !in.planned || !in.planned->legs) return std::nullopt;
-  Measurement m = measure_velocity(in.x, *in.planned->legs, in.options.plan_velocity, kLegScale);
+  PlannedVelocity legs = *in.planned->legs;
+  if (!in.level) legs.sigma_m_s = std::max(legs.sigma_m_s, kUneven_m_s);
+  Measurement m = measure_velocity(in.x, legs, in.options.plan_velocity, kLegScale);
   m.R *= in.leg_doubt;
   const Eigen::Vector3d up_C = rotation_matrix(in.x.segment<4>(kOrientation)).row(2);
   if (!in.level) m.R += kVertical_m_s * kVertical_m_s * up_C * up_C.transpose();
