@@ -88,6 +88,17 @@ TEST(RoomClearance, ShapesWithoutContactsAreNotSolid) {
   }
 }
 
+TEST(RoomClearance, ARoomCanHaveMoreBodiesWithPlanesThanTheRobotHasBodies) {
+  const TemporaryFolder folder;
+  std::string room = "<mujoco><worldbody><geom name='floor' type='plane' size='5 5 1'/>";
+  for (int i = 0; i < 80; ++i)
+    room += fmt::format(
+        "<body name='picture_{}' pos='1 {} 0.8'><geom type='plane' zaxis='-1 0 0' size='.1 .1 1'/></body>", i,
+        0.1 * i - 4);
+  files::write_text(folder / "room.xml", room + "</worldbody></mujoco>");
+  EXPECT_THAT(Stander((folder / "room.xml").string()).object(1, 0), StartsWith("picture_"));
+}
+
 // A field's front face is vertical. Three columns and rows: 1 m high up to the middle, 0 at the back.
 TEST(RoomClearance, AHeightFieldIsAsSolidAsABoxWithItsFront) {
   const TemporaryFolder folder;
