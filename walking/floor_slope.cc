@@ -5,7 +5,7 @@
 namespace walking {
 namespace {
 
-constexpr double kLag_s = 0.5;  // slower than a sole that rocks on its edge
+constexpr double kLag_s = 1;  // slower than a sole that rocks on its edge
 // A loaded sole tilts by about this much as the center of pressure moves, to either side in each stride. An
 // ankle that followed it at once would yield.
 constexpr double kSway = 0.02, kSwayLag_s = 3;

@@ -11,7 +11,7 @@ namespace walking {
 namespace {
 
 /// The slope (rise along x and y) after a robot on its left foot has had this roll and pitch (rad) for 0.6 s,
-/// and then the opposite ones, again and again for 6 s.
+/// and then the opposite ones, again and again for 12 s.
 Eigen::Vector2d slope_after(const Eigen::Vector2d& tilt, double opposite) {
   const Robot robot = made_up_robot();
   FloorSlope slope(robot);
@@ -22,7 +22,7 @@ Eigen::Vector2d slope_after(const Eigen::Vector2d& tilt, double opposite) {
       sole_in_base(robot, Side::left, leg_angles(robot.leg(Side::left), robot.posture)).linear();
   Reference reference;
   reference.X_PB.linear() = level.transpose();
-  for (int tick = 0; tick < 1200; ++tick)
+  for (int tick = 0; tick < 2400; ++tick)
     slope.update(reference, tick / 120 % 2 == 0 ? tilt : opposite * tilt, readings);
   return slope.gradient();
 }
