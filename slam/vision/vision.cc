@@ -113,6 +113,23 @@ const std::vector<std::size_t>& Consensus::largest(const StackedMeasurement& mat
   return best_;
 }
 
+void Consensus::prune(const StackedMeasurement& matches, double gate, std::vector<std::size_t>& inliers) {
+  while (inliers.size() > 1) {
+    select_innovation(matches, inliers, inliers_);
+    const Eigen::MatrixXd information = inliers_.S().inverse();
+    const Eigen::VectorXd u = information * inliers_.innovation();
+    double worst = gate;
+    std::optional<int> contradicted;
+    for (int k = 0; k < static_cast<int>(inliers.size()); ++k) {
+      const Eigen::Matrix2d given_others = information.block<2, 2>(2 * k, 2 * k);
+      if (const double d = mahalanobis_squared(u.segment<2>(2 * k), given_others); d > worst)
+        worst = d, contradicted = k;
+    }
+    if (!contradicted) return;
+    inliers.erase(inliers.begin() + *contradicted);
+  }
+}
+
 int MatchBiases::places(const Options::Vision& options, const Options::Bounds& bounds) {
   if (!options.enabled || !(options.match_bias_sigma_px > 0)) return 0;
   return std::min(std::min(options.measured_landmarks, bounds.measured) + kSparePlaces, kMostPlaces);
@@ -183,8 +200,7 @@ void Vision::keep_least_missed(const std::vector<Landmark>& landmarks, Stamp bef
   // Not std::stable_sort: its buffer is not aligned for Eigen's matrices.
   std::ranges::sort(candidates_, {},
                     [&](const Candidate& c) { return std::pair(landmarks[c.index].misses, c.index); });
-  const auto most = static_cast<std::size_t>(most_measured_);
-  if (candidates_.size() > most) candidates_.resize(most, candidates_.front());
+  if (candidates_.size() > most_measured_) candidates_.resize(most_measured_, candidates_.front());
 }
 
 /// Makes the bias of a match a part of the state. If no place is free, it replaces the landmark in view that
@@ -208,16 +224,15 @@ void Vision::place_bias(const std::vector<Landmark>& landmarks, int landmark, Me
   }
 }
 
-/// before: only landmarks that were initialized before this time are searched for.
+/// before: only landmarks that were initialized before this time are searched for. most: their number.
 void Vision::search(const cv::Mat& image, Stamp t, const std::vector<Landmark>& landmarks,
-                    std::optional<Stamp> before, Kalman& kalman) {
+                    std::optional<Stamp> before, std::size_t most, Kalman& kalman) {
   predict_view(kalman, landmarks, camera_, options_.sigma_px, candidates_);
   for (Candidate& candidate : candidates_) {
     const double gain = options_.match_bias_sigma_px > 0 ? camera_.sigma(candidate.pixel, 1) : 0;
     predict_bias(biases_.at(landmarks[candidate.index].id), kalman.state(), gain, biases_.variance(),
                  candidate);
   }
-  const auto most = static_cast<std::size_t>(most_measured_);
   result_.tested = std::min(candidates_.size(), most);
   result_.coverage = image_coverage(candidates_, camera_.intrinsics());
   retried_.clear();
@@ -255,15 +270,25 @@ void Vision::search(const cv::Mat& image, Stamp t, const std::vector<Landmark>& 
   result_.matches = static_cast<int>(matches_.measurements.size());
 }
 
-void Vision::find_inliers(const State& state) {
-  inliers_.resize(matches_.measurements.size());
-  std::iota(inliers_.begin(), inliers_.end(), std::size_t{0});
-  if (matches_.measurements.empty()) return;
+void Vision::stack_matches(const State& state) {
+  all_.resize(matches_.measurements.size());
+  std::iota(all_.begin(), all_.end(), std::size_t{0});
+  if (all_.empty()) return;
   stack(state, matches_.measurements, stacked_.all);
-  select_innovation(stacked_.all, inliers_, stacked_.gated);
-  if (options_.consensus) {
+  select_innovation(stacked_.all, all_, stacked_.gated);
+  if (options_.consensus)
     scale_noise(stacked_.gated, matches_.measurements, options_.gate_sigma_px / options_.sigma_px);
-    inliers_ = consensus_.largest(stacked_.gated, kGate);
+}
+
+/// uncertain: see update.
+void Vision::find_inliers(Kalman& kalman, const std::optional<RobotState>& uncertain) {
+  stack_matches(kalman.state());
+  inliers_ = all_;
+  if (options_.consensus && !all_.empty()) inliers_ = consensus_.largest(stacked_.gated, kGate);
+  if (uncertain) {
+    kalman.reset_robot(*uncertain);
+    stack_matches(kalman.state());
+    consensus_.prune(stacked_.gated, kGate, inliers_);
   }
   for (const std::size_t match : inliers_) result_.searched[matches_.searched[match]].used = true;
 }
@@ -285,17 +310,17 @@ void Vision::add_lagged() {
 
 bool Vision::recognizes(const cv::Mat& image, Stamp t, const std::vector<Landmark>& landmarks, Stamp before,
                         Kalman& kalman) {
-  search(image, t, landmarks, before, kalman);
-  find_inliers(kalman.state());
+  search(image, t, landmarks, before, most_measured_, kalman);
+  find_inliers(kalman);
   return inliers_.size() >= kLeastAtPrediction &&
          static_cast<double>(inliers_.size()) >
              kLeastShareRecognized * static_cast<double>(result_.searched.size());
 }
 
 const VisionResult& Vision::update(const cv::Mat& image, Stamp t, const std::vector<Landmark>& landmarks,
-                                   Kalman& kalman) {
-  search(image, t, landmarks, std::nullopt, kalman);
-  find_inliers(kalman.state());
+                                   Kalman& kalman, const std::optional<RobotState>& uncertain) {
+  search(image, t, landmarks, std::nullopt, uncertain ? landmarks.size() : most_measured_, kalman);
+  find_inliers(kalman, uncertain);
   result_.inliers.clear();
   result_.gate.reset();
   result_.update.reset();

@@ -16,6 +16,9 @@ class Consensus {
   /// pass the gate conditional on all the inliers are rescued. Returns ascending indices, valid until the
   /// next call. gate: chi-square bound for a match of 2 rows.
   const std::vector<std::size_t>& largest(const StackedMeasurement& matches, double gate);
+  /// Removes the inlier that the others contradict most, until each passes the gate conditional on all the
+  /// others.
+  void prune(const StackedMeasurement& matches, double gate, std::vector<std::size_t>& inliers);
 
  private:
   void rescue(const StackedMeasurement& matches, double gate);
@@ -78,15 +81,16 @@ class Vision {
   Vision(const Options::Vision& options, const Options::Bounds& bounds, const Camera& camera)
       : options_(options),
         camera_(camera),
-        most_measured_(std::min(options.measured_landmarks, bounds.measured)),
+        most_measured_(static_cast<std::size_t>(std::min(options.measured_landmarks, bounds.measured))),
         biases_(options, bounds) {
     retried_.reserve(kLandmarksInView);
-    for (auto* list : {&whitened_.now, &whitened_.before})
-      list->reserve(static_cast<std::size_t>(most_measured_));
+    for (auto* list : {&whitened_.now, &whitened_.before}) list->reserve(most_measured_);
   }
   /// Searches for the landmarks and updates the state with the inliers. Valid until the next call.
+  /// uncertain: the same robot with a larger covariance, to which it is reset after a search for all
+  /// landmarks.
   const VisionResult& update(const cv::Mat& image, Stamp t, const std::vector<Landmark>& landmarks,
-                             Kalman& kalman);
+                             Kalman& kalman, const std::optional<RobotState>& uncertain = {});
   /// The match biases. The caller predicts them along with the state and adds new landmarks to them.
   MatchBiases& biases() { return biases_; }
   const MatchBiases& biases() const { return biases_; }
@@ -101,14 +105,15 @@ class Vision {
   void set_aside(const std::vector<Landmark>& landmarks, Stamp t, const State& state);
   void keep_least_missed(const std::vector<Landmark>& landmarks, Stamp before);
   void search(const cv::Mat& image, Stamp t, const std::vector<Landmark>& landmarks,
-              std::optional<Stamp> before, Kalman& kalman);
+              std::optional<Stamp> before, std::size_t most, Kalman& kalman);
   void place_bias(const std::vector<Landmark>& landmarks, int landmark, Measurement& m, Kalman& kalman);
-  void find_inliers(const State& state);
+  void stack_matches(const State& state);
+  void find_inliers(Kalman& kalman, const std::optional<RobotState>& uncertain = {});
   void add_lagged();
 
   Options::Vision options_;
   Camera camera_;
-  int most_measured_;
+  std::size_t most_measured_;
   MatchBiases biases_;
   Consensus consensus_;
   VisionResult result_;
@@ -118,7 +123,7 @@ class Vision {
     std::vector<std::size_t> searched;  // index of each match in VisionResult::searched
   } matches_;
   std::vector<Candidate> candidates_, retried_;
-  std::vector<std::size_t> inliers_;  // indices of the matches
+  std::vector<std::size_t> all_, inliers_;  // indices of the matches
   struct {
     std::vector<std::pair<int, Eigen::Vector2d>> now, before;
   } whitened_;  // innovations, by landmark

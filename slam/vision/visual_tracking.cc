@@ -120,13 +120,14 @@ void VisualTracking::track(const VisualInput& in) {
   }
 }
 
-/// Returns the reason if no landmark was seen.
-std::optional<std::string> VisualTracking::measure(const VisualInput& in) {
+/// Returns the reason if no landmark was seen. uncertain: see Vision::update.
+std::optional<std::string> VisualTracking::measure(const VisualInput& in,
+                                                   const std::optional<RobotState>& uncertain) {
   const std::size_t before = map_.landmarks().size();
   if (!map_.initialize_known(in.image, in.t, in.kalman))
     in.report.refused.add("a known landmark is not seen in the first image");
   report_initialized(before, in.report);
-  const VisionResult& vision = vision_.update(in.image, in.t, map_.landmarks(), in.kalman);
+  const VisionResult& vision = vision_.update(in.image, in.t, map_.landmarks(), in.kalman, uncertain);
   in.report.predicted = static_cast<int>(vision.visible.size());
   in.report.measured = vision.matches;
   if (!vision.inliers.empty()) {
@@ -202,19 +203,20 @@ void VisualTracking::relocalize(const VisualInput& in) {
   found->t = in.t;
   const Eigen::Matrix3d turn = found->X_WC.linear() * predicted.X_WC.linear().transpose();
   headings_.begin_with(std::atan2(turn(1, 0), turn(0, 0)));
-  if (map_use() != MapUse::searching) {
-    if (!confirmer_.confirms(*found, predicted, in.has_plan)) return;
-  } else if (confirms(in, *found, predicted)) {
-    // The pose shares its error with the map, which the next updates show only to an uncertain pose.
-    found->covariance += diagonal(kMapTurn_rad, kMapShift_m);
-    loaded_.use = MapUse::found;
-  } else {
+  const bool in_loaded_map = map_use() == MapUse::searching;
+  if (!(in_loaded_map ? confirms(in, *found, predicted)
+                      : confirmer_.confirms(*found, predicted, in.has_plan)))
     return;
-  }
   in.kalman.reset_robot(relocalized_state(*found, in.kalman.state()));
   vision_.biases().clear(in.kalman);
   recovered(in);
   in.report.relocalized = true;
+  if (!in_loaded_map) return;
+  loaded_.use = MapUse::found;
+  // The pose rejects landmarks that moved. It shares its error with the map, which the update shows only to
+  // an uncertain pose.
+  found->covariance += diagonal(kMapTurn_rad, kMapShift_m);
+  measure(in, relocalized_state(*found, in.kalman.state()));
 }
 
 /// Returns whether a pose in a loaded map is accepted. A told start must agree with it; without one, it must

@@ -56,7 +56,8 @@ class VisualTracking {
  private:
   void blind(const VisualInput& input, const std::string& why);
   void track(const VisualInput& input);
-  std::optional<std::string> measure(const VisualInput& input);
+  std::optional<std::string> measure(const VisualInput& input,
+                                     const std::optional<RobotState>& uncertain = {});
   void record_searches(const VisualInput& input, bool counts);
   void refine_landmarks(const VisualInput& input, const VisionResult& vision);
   InitializationCount manage_map(const VisualInput& input, const VisionResult& vision, bool may_initialize);

@@ -110,6 +110,16 @@ TEST(SavedMap, ASecondSessionFindsItselfFromAKnownARoughAndAnUnknownStart) {
   EXPECT_FALSE(second_session(first_map(), MapStart::rough, away).found) << "contradicts the told start";
 }
 
+TEST(SavedMap, LandmarksThatMovedTogetherDoNotMoveThePose) {
+  for (const Eigen::Vector3d& moved : {Eigen::Vector3d(0, 0.15, 0), Eigen::Vector3d(0, 0, 0.15)}) {
+    SavedMap map = first_map();
+    for (std::size_t i = 0; i < map.landmarks.size(); i += 3) map.x.segment<3>(map.landmarks[i].at) += moved;
+    const Session session = second_session(map, MapStart::known, turned(0, 0));
+    ASSERT_TRUE(session.found);
+    EXPECT_LT(session.largest_error_m, 0.06) << "0.17 if they count in the first update";
+  }
+}
+
 TEST(SavedMap, IsRefusedInAnotherPlaceOnceTheCameraHasTurnedBy60DegreesAndANewMapStarts) {
   const Session session = second_session(first_map(), MapStart::unknown, turned(0, 0), [](Observation& o) {
     cv::flip(o.image, o.image, 1);  // a mirrored room

@@ -156,6 +156,12 @@ TEST(Consensus, KeepsTheMatchesThatOneMotionExplainsAndDropsTheRest) {
   EXPECT_EQ(consensus.largest(matches(8, 5), 9.21), (std::vector<std::size_t>{0, 1, 2, 3, 4, 5, 6, 7}));
 }
 
+TEST(Consensus, PrunesTheMatchesThatTheOthersContradict) {
+  std::vector<std::size_t> inliers{0, 1, 2, 3, 4, 5, 8, 9, 10};
+  Consensus().prune(matches(8, 5), 9.21, inliers);
+  EXPECT_EQ(inliers, (std::vector<std::size_t>{0, 1, 2, 3, 4, 5}));
+}
+
 struct ErrorScene {
   ErrorScene() {
     for (int id = 10; Landmark & landmark : landmarks) landmark.id = id++;
