@@ -1,6 +1,7 @@
 // The interface of every estimator: the filter, the other built-in ones and external programs.
 #pragma once
 
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <span>
@@ -39,6 +40,15 @@ using EstimatorFailed = programs::ProgramFailed;
 /// `observed`, the observation's own, or lie between the last pose's stamp and the newest observation's.
 void require_valid(const Answer& answer, slam::Stamp observed, slam::Stamp last, slam::Stamp newest);
 
+/// What the earlier sessions of a robot left to this one.
+struct Session {
+  std::optional<slam::SavedMap> map = {};  ///< for the filter
+  std::filesystem::path map_file = {};     ///< the same in a file; empty: none
+  int index = 1, count = 1;
+  /// A folder in which an external program finds the files that it left in the session before; empty: none.
+  std::filesystem::path memory = {};
+};
+
 /// Input of an estimator before the first observation.
 struct Start {
   slam::Calibration calibration;
@@ -49,9 +59,9 @@ struct Start {
   rig::RigSensor chest_imu = {
       .name = "imu0", .kind = rig::Kind::imu, .rate_hz = 200};  ///< at calibration.X_CG
   std::vector<rig::RigSensor> rig = {};                         ///< additional sensors of the observations
-  std::vector<std::string> joints = {};    ///< joints with encoders; empty: no encoders or force sensors
-  double body_rate_hz = 200;               ///< rate of encoders and force sensors
-  std::optional<slam::SavedMap> map = {};  ///< of an earlier session, for the filter
+  std::vector<std::string> joints = {};  ///< joints with encoders; empty: no encoders or force sensors
+  double body_rate_hz = 200;             ///< rate of encoders and force sensors
+  Session session = {};
 };
 
 /// A running estimator. Exceptions from it are failures of the estimator.

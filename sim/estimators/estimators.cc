@@ -41,7 +41,7 @@ class FilterEstimator : public Estimator {
         saves_map_(start.options.map.save),
         filter_(start.options, calibration_, start.X_WC, start.seed) {
     if (!start.options.vision.enabled) return;
-    if (start.map) filter_.start_from(*start.map, start.options.map.start);
+    if (start.session.map) filter_.start_from(*start.session.map, start.options.map.start);
     filter_.record();
   }
 
@@ -145,7 +145,8 @@ class ProgramEstimator : public CheckedEstimator {
  public:
   ProgramEstimator(const programs::Choice& choice, const Start& start)
       : rig_(start.rig),
-        program_(choice, "estimator", start_message(choice, start), read_ready, kMostBytes) {}
+        program_(choice, "estimator", start_message(choice, start), read_ready, kMostBytes,
+                 start.session.memory) {}
 
   std::string finish() override { return program_.finish(); }
 

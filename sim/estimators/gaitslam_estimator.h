@@ -311,7 +311,8 @@ typedef struct gaitslam_rig {
 } gaitslam_rig;
 
 /* Creates an estimator. Pointers are valid during the call. options: zero-terminated text, one line
- * "key=value" each. Returns NULL on failure, with the reason in error[0 .. error_bytes - 1]. */
+ * "key=value" each, including those of the session (README.md). Returns NULL on failure, with the reason in
+ * error[0 .. error_bytes - 1]. */
 void* gaitslam_estimator_create(const gaitslam_start* start, const gaitslam_sensors* sensors,
                                 const char* options, char* error, size_t error_bytes);
 

@@ -227,10 +227,19 @@ std::vector<slam::MapPoint> pop_map(std::string_view& bytes, std::uint32_t landm
   return map;
 }
 
+/// The lines of START about sessions; none if there is only one.
+std::string session_text(const Session& session, slam::MapStart start) {
+  if (session.count == 1) return "";
+  return fmt::format("session.index={}\nsession.count={}\nsession.start={}\nsession.memory={}\n",
+                     session.index, session.count, slam::kMapStarts[std::size_t(start)],
+                     std::filesystem::absolute(session.memory).string());
+}
+
 }  // namespace
 
 std::string start_message(const programs::Choice& choice, const Start& start) {
-  const std::string options = programs::options_text(choice);
+  const std::string options =
+      programs::options_text(choice) + session_text(start.session, start.options.map.start);
   rig::RigSensor head{.name = "cam0", .rate_hz = start.camera_rate_hz, .camera = start.calibration.camera};
   head.readout_s = start.camera_readout_s;
   const gaitslam_lens lens = lens_of(head.camera);

@@ -66,9 +66,11 @@ constexpr std::string_view kMarkerText =
     "# Made by gaitslam. With --force it replaces whole results, with everything in them.\n";
 
 // Does not follow links.
-void empty_but_marker(const fs::path& folder) {
+void empty_but_marker(const fs::path& folder, Keeps keeps = Keeps::nothing) {
   for (const auto& entry : fs::directory_iterator(folder)) {
-    if (entry.path() == folder / kMarker) continue;
+    const bool keep = keeps == Keeps::marked_folders && has_marker(entry) &&
+                      !entry.path().filename().string().starts_with('.');
+    if (entry.path() == folder / kMarker || keep) continue;
     std::error_code fault;
     fs::remove_all(entry.path(), fault);
     if (fault) throw FileError(entry.path(), "cannot be removed: " + fault.message());
@@ -76,7 +78,7 @@ void empty_but_marker(const fs::path& folder) {
 }
 
 // Creates the folder, locks its marker and removes everything else in it.
-FileLock begin_partial(const fs::path& partial, const fs::path& target) {
+FileLock begin_partial(const fs::path& partial, const fs::path& target, Keeps keeps) {
   for (;;) {
     std::error_code fault;
     fs::create_directories(parent_of(target), fault);
@@ -87,7 +89,7 @@ FileLock begin_partial(const fs::path& partial, const fs::path& target) {
       auto lock = FileLock::acquire(partial / kMarker, How::soon);
       if (!lock)
         throw FileError(target, "is being written by another process: wait for it, or name another folder");
-      empty_but_marker(partial);
+      empty_but_marker(partial, keeps);
       write_text(partial / kMarker, kMarkerText);
       return std::move(*lock);
     } catch (const FileError&) {
@@ -219,13 +221,14 @@ void remove_leftovers(const fs::path& folder) {
   }
 }
 
-AtomicFolder::AtomicFolder(fs::path target)
+AtomicFolder::AtomicFolder(fs::path target, Keeps keeps)
     : target_(replaceable(std::move(target))),
       path_(sibling_of(target_, kPartial)),
-      lock_(begin_partial(path_, target_)) {}
+      keeps_(keeps),
+      lock_(begin_partial(path_, target_, keeps)) {}
 
 AtomicFolder::~AtomicFolder() {
-  if (!committed_) remove_marked(path_);
+  if (!committed_ && keeps_ == Keeps::nothing) remove_marked(path_);
 }
 
 void AtomicFolder::commit() {

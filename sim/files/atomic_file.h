@@ -61,15 +61,18 @@ void remove_marked(const fs::path& folder);
 /// other users'.
 void remove_leftovers(const fs::path& folder);
 
+/// Which contents of an interrupted AtomicFolder its next attempt finds.
+enum class Keeps { nothing, marked_folders };
+
 /// A folder that is filled as a hidden sibling, .<target>.partial, with a marker. commit() publishes it;
-/// without commit() it is removed. The marker is locked while this object lives, so that a second process is
-/// rejected.
+/// without commit() it is removed, unless it keeps anything. The marker is locked while this object lives, so
+/// that a second process is rejected.
 class AtomicFolder {
  public:
-  /// Creates the temporary folder, emptied of anything left by a killed process, and its parents. Throws
+  /// Creates the temporary folder, emptied of what it does not keep, and its parents. Throws
   /// FileError if that fails, if another process is creating the same target, or if `target` cannot be
   /// replaced.
-  explicit AtomicFolder(fs::path target);
+  explicit AtomicFolder(fs::path target, Keeps keeps = Keeps::nothing);
   ~AtomicFolder();
   AtomicFolder(const AtomicFolder&) = delete;
   AtomicFolder& operator=(const AtomicFolder&) = delete;
@@ -81,6 +84,7 @@ class AtomicFolder {
 
  private:
   fs::path target_, path_;
+  Keeps keeps_;
   FileLock lock_;
   bool committed_ = false;
 };

@@ -223,7 +223,7 @@ struct Start {
 class Run {
  public:
   /// folder: of the recording.
-  Run(const scenario::ReadScenario& read, const result::SessionMap& map, const Start& start,
+  Run(const scenario::ReadScenario& read, const estimators::Session& session, const Start& start,
       const std::filesystem::path& folder, int threads, const RunObserver& observer);
 
   void walk(const result::Progress& progress);
@@ -264,7 +264,7 @@ class Run {
   } timing_;
 };
 
-Run::Run(const scenario::ReadScenario& read, const result::SessionMap& map, const Start& start,
+Run::Run(const scenario::ReadScenario& read, const estimators::Session& session, const Start& start,
          const std::filesystem::path& folder, int threads, const RunObserver& observer)
     : read_(read),
       observer_(observer),
@@ -272,7 +272,7 @@ Run::Run(const scenario::ReadScenario& read, const result::SessionMap& map, cons
       setup_(robot_.setup(read.scenario, start.models.robot)),
       tracking_(read.scenario.slam ? std::optional<tracking::Tracking>(
                                          std::in_place, read.scenario, setup_.calibration, setup_.X_WC_start,
-                                         setup_.camera_rate_hz, setup_.rig, setup_.joints, map)
+                                         setup_.camera_rate_hz, setup_.rig, setup_.joints, session)
                                    : std::nullopt),
       frames_(read.scenario, start.models, threads > 1),
       writer_(folder, setup_),
@@ -503,8 +503,8 @@ result::Outcome run(const scenario::ReadScenario& scenario, const result::Result
   const RunObserver unobserved;
   return result::make_sessions(
       scenario, place, progress,
-      [&](const scenario::ReadScenario& read, const result::SessionMap& before, const result::ResultPlace& to,
-          const std::filesystem::path& into, const result::Progress& part) {
+      [&](const scenario::ReadScenario& read, const estimators::Session& before,
+          const result::ResultPlace& to, const std::filesystem::path& into, const result::Progress& part) {
         const bool is_last = &read == &scenario;
         const std::optional<Start> other =
             is_last ? std::nullopt : std::optional<Start>(std::in_place, read, place.models);
@@ -512,8 +512,7 @@ result::Outcome run(const scenario::ReadScenario& scenario, const result::Result
         Run live(read, before, other ? *other : start, recording, threads, is_last ? observer : unobserved);
         live.walk(part);
         result::RunRecord record = live.record(recording);
-        const result::Outcome outcome = result::write_result(into, record, to, live.timing(), live.time_s());
-        return result::MadeSession{outcome, record.tracked ? record.tracked->saved_map : std::nullopt};
+        return result::write_result(into, record, to, live.timing(), live.time_s());
       });
 }
 

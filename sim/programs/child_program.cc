@@ -3,11 +3,13 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <linux/landlock.h>
 #include <poll.h>
 #include <signal.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
+#include <sys/syscall.h>
 #include <sys/wait.h>
 #include <time.h>
 #include <unistd.h>
@@ -43,8 +45,25 @@ struct Ends {
   int release(std::size_t end) { return std::exchange(file[end], -1); }
 };
 
-// After fork, only async-signal-safe calls are allowed.
-[[noreturn]] void become(char* const* words, const std::array<int, 3>& standard, int report, pid_t parent) {
+/// Returns Landlock's rules that allow changes of files only below a folder and of devices; -1 if there is no
+/// folder, or if the kernel does not support them.
+int rules_of(const std::filesystem::path& writable) {
+  constexpr std::uint64_t kReading =
+      LANDLOCK_ACCESS_FS_EXECUTE | LANDLOCK_ACCESS_FS_READ_FILE | LANDLOCK_ACCESS_FS_READ_DIR;
+  const landlock_ruleset_attr changes{.handled_access_fs = (2 * LANDLOCK_ACCESS_FS_REFER - 1) & ~kReading};
+  if (writable.empty()) return -1;
+  const int rules = int(::syscall(SYS_landlock_create_ruleset, &changes, sizeof changes, 0));
+  for (const char* const path : {writable.c_str(), "/dev"}) {
+    const landlock_path_beneath_attr below{changes.handled_access_fs, ::open(path, O_PATH | O_CLOEXEC)};
+    ::syscall(SYS_landlock_add_rule, rules, LANDLOCK_RULE_PATH_BENEATH, &below, 0);
+    ::close(below.parent_fd);
+  }
+  return rules;
+}
+
+// After fork, only async-signal-safe calls are allowed. rules: see rules_of.
+[[noreturn]] void become(char* const* words, const std::array<int, 3>& standard, int report, pid_t parent,
+                         int rules) {
   ::setpgid(0, 0);
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (::getppid() != parent) ::_exit(127);  // it ended before prctl()
@@ -54,6 +73,10 @@ struct Ends {
   ::sigemptyset(&none);
   ::sigprocmask(SIG_SETMASK, &none, nullptr);
   for (int file = 0; file < 3; ++file) ::dup2(standard[std::size_t(file)], file);
+  if (rules >= 0) {
+    ::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
+    ::syscall(SYS_landlock_restrict_self, rules, 0);
+  }
   ::execvp(words[0], words);
   const int why = errno;
   [[maybe_unused]] const ssize_t written = ::write(report, &why, sizeof why);
@@ -119,7 +142,7 @@ extern "C" void wake(int) {}
 
 // Starts the program under a supervisor, which adopts everything that the program starts.
 [[noreturn]] void start(char* const* words, const std::array<int, 3>& standard, int failure, int alive,
-                        int report) {
+                        int report, int rules) {
   sigset_t all;
   ::sigfillset(&all);
   ::sigprocmask(SIG_SETMASK, &all, nullptr);
@@ -129,7 +152,7 @@ extern "C" void wake(int) {}
   ::setpgid(0, 0);
   ::prctl(PR_SET_CHILD_SUBREAPER, 1);
   const pid_t self = ::getpid(), program = ::fork();
-  if (program == 0) become(words, standard, failure, self);
+  if (program == 0) become(words, standard, failure, self, rules);
   const int why = errno;
   [[maybe_unused]] ssize_t written = ::write(report, &program, sizeof program);
   if (program > 0) supervise(program, alive, report);
@@ -202,7 +225,8 @@ TimeLimit::TimeLimit(double within_s)
       deadline(Clock::now() +
                std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(within_s))) {}
 
-ChildProgram::ChildProgram(const std::vector<std::string>& words, const std::string& role) {
+ChildProgram::ChildProgram(const std::vector<std::string>& words, const std::string& role,
+                           const std::filesystem::path& writable) {
   std::vector<char*> arguments;
   for (const std::string& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
   arguments.push_back(nullptr);
@@ -212,14 +236,15 @@ ChildProgram::ChildProgram(const std::vector<std::string>& words, const std::str
   ::setsockopt(in.file[0], SOL_SOCKET, SO_SNDBUF, &kBuffer, sizeof kBuffer);
   for (Ends* const ends : {&out, &error, &failure, &alive, &report})
     made = made && ::pipe2(ends->file.data(), O_CLOEXEC) == 0;
+  const int rules = rules_of(writable);
   supervisor_ = made ? ::fork() : -1;
   if (supervisor_ < 0)
     throw std::invalid_argument(
         fmt::format("{}: no process could be created for the program: {}", role, std::strerror(errno)));
   if (supervisor_ == 0)
     start(arguments.data(), {in.file[1], out.file[1], error.file[1]}, failure.file[1], alive.file[0],
-          report.file[1]);
-  ::close(failure.release(1)), ::close(report.release(1));
+          report.file[1], rules);
+  ::close(rules), ::close(failure.release(1)), ::close(report.release(1));
   const bool started = read_whole(report.file[0], process_);
   int why = started ? 0 : ESRCH;
   const bool failed = read_whole(failure.file[0], why) || !started;

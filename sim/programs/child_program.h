@@ -46,9 +46,11 @@ struct TimeLimit {
 /// SIGKILL.
 class ChildProgram {
  public:
-  /// words: the program, looked up in PATH, and its arguments. role: its name in messages. Throws
+  /// words: the program, looked up in PATH, and its arguments. role: its name in messages. writable: the only
+  /// folder in which it may change files, if the kernel supports Landlock; empty: anywhere. Throws
   /// std::invalid_argument if it cannot be started.
-  ChildProgram(const std::vector<std::string>& words, const std::string& role);
+  ChildProgram(const std::vector<std::string>& words, const std::string& role,
+               const std::filesystem::path& writable = {});
   ~ChildProgram();
   ChildProgram(const ChildProgram&) = delete;
   ChildProgram& operator=(const ChildProgram&) = delete;

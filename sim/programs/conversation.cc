@@ -62,8 +62,12 @@ void check_ready(std::string_view& payload, std::uint32_t version, const char* h
 }
 
 Conversation::Conversation(const Choice& choice, std::string role, std::string_view start,
-                           const std::function<void(std::string_view)>& read_ready, std::size_t most_bytes)
-    : choice_(choice), role_(std::move(role)), most_bytes_(most_bytes), program_(choice.words, role_) {
+                           const std::function<void(std::string_view)>& read_ready, std::size_t most_bytes,
+                           const std::filesystem::path& writable)
+    : choice_(choice),
+      role_(std::move(role)),
+      most_bytes_(most_bytes),
+      program_(choice.words, role_, writable) {
   try {
     const TimeLimit limit(choice_.start_within_s);
     program_.send(start, limit);

@@ -96,11 +96,12 @@ void check_ready(std::string_view& payload, std::uint32_t version, const char* h
 /// The conversation with a program. Failures contain the time and the program's last lines.
 class Conversation {
  public:
-  /// Sends START and reads the payload of READY. role: "estimator"; most_bytes: of an answer. Throws
-  /// std::invalid_argument if the program cannot be started or read_ready throws InvalidMessage, and
-  /// ProgramFailed if the program crashes or misses its time limit.
+  /// Sends START and reads the payload of READY. role: "estimator"; most_bytes: of an answer; writable: see
+  /// ChildProgram. Throws std::invalid_argument if the program cannot be started or read_ready throws
+  /// InvalidMessage, and ProgramFailed if the program crashes or misses its time limit.
   Conversation(const Choice& choice, std::string role, std::string_view start,
-               const std::function<void(std::string_view)>& read_ready, std::size_t most_bytes);
+               const std::function<void(std::string_view)>& read_ready, std::size_t most_bytes,
+               const std::filesystem::path& writable = {});
   /// Sends a message and returns the payload of its ANSWER. Throws ProgramFailed with only the cause.
   std::string ask(std::string_view message);
   /// Ends the program. Returns the exception to throw. when: "at t = 1.000 s".

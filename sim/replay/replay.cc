@@ -205,14 +205,16 @@ WalkEnd read_walk_end(const fs::path& result_folder) {
 }
 
 result::Outcome replay(const scenario::ReadScenario& scenario, const fs::path& recording, const WalkEnd& walk,
-                       const result::ResultPlace& place, const result::Progress& progress,
-                       Recorded recorded) {
+                       const result::ResultPlace& place, const result::Progress& progress, Recorded recorded,
+                       const std::vector<fs::path>& sessions) {
   return result::make_sessions(
       scenario, place, progress,
-      [&](const scenario::ReadScenario& read, const result::SessionMap& before, const result::ResultPlace& to,
-          const fs::path& into, const result::Progress& part) {
+      [&](const scenario::ReadScenario& read, const estimators::Session& before,
+          const result::ResultPlace& to, const fs::path& into, const result::Progress& part) {
         const bool is_last = &read == &scenario;
-        const fs::path walked = is_last ? fs::path() : recording.parent_path() / to.folder.filename(),
+        const fs::path walked = is_last            ? fs::path()
+                                : sessions.empty() ? recording.parent_path() / to.folder.filename()
+                                                   : sessions.at(std::size_t(before.index) - 1),
                        from = is_last ? recording : walked / "recording";
         result::Timing timing;
         recording::RecordingReader reader(from);
@@ -232,7 +234,7 @@ result::Outcome replay(const scenario::ReadScenario& scenario, const fs::path& r
         const result::Outcome outcome =
             result::write_result(into, record, to, timing, 1e-9 * double(last.count()));
         if (recorded == Recorded::copied) fs::copy(from, into / "recording", fs::copy_options::recursive);
-        return result::MadeSession{outcome, record.tracked ? record.tracked->saved_map : std::nullopt};
+        return outcome;
       });
 }
 

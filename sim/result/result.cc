@@ -120,6 +120,32 @@ void write_score(const fs::path& file, const scenario::Scenario& scenario, const
   files::write_text(file, files::json_text(json, 2) + "\n");
 }
 
+/// Returns whether an interrupted run of this program finished the session.
+bool is_finished(const fs::path& folder, const scenario::Scenario& session, const ResultPlace& place) try {
+  const About made = read_about(folder / "about.json");
+  return fs::exists(folder / "recording") &&
+         fs::last_write_time(folder / "about.json") > fs::last_write_time("/proc/self/exe") &&
+         files::read_text(folder / "scenario.yaml") == scenario::to_yaml(session) &&
+         made.revision == place.revision && made.models == place.models_hash &&
+         made.estimator_files == provenance_of(session, "", "").estimator_files;
+} catch (const std::exception&) {
+  return false;
+}
+
+/// Returns a hash of the names and bytes of the files below a folder.
+std::string hash_of(const fs::path& folder) {
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::recursive_directory_iterator(folder))
+    if (entry.symlink_status().type() == fs::file_type::regular) files.push_back(entry.path());
+  std::ranges::sort(files);
+  files::Hash hash;
+  for (const fs::path& file : files) {
+    hash.add_part(file.lexically_relative(folder).generic_string());
+    hash.add_part(files::read_text(file));
+  }
+  return hash.hex();
+}
+
 void write_about(const fs::path& file, const RunRecord& record, const ResultPlace& place,
                  const scenario::Ended& ended) {
   const scenario::Scenario& scenario = record.scenario.scenario;
@@ -142,6 +168,8 @@ void write_about(const fs::path& file, const RunRecord& record, const ResultPlac
   if (!place.models_hash.empty()) json["models_xxh3_128"] = place.models_hash;
   if (const std::string hash = provenance_of(scenario, "", "").estimator_files; !hash.empty())
     json["estimator_xxh3_128"] = hash;
+  if (fs::exists(file.parent_path() / "memory"))
+    json["memory_xxh3_128"] = hash_of(file.parent_path() / "memory");
   if (record.counterfactual) json["counterfactual"] = *record.counterfactual;
   if (record.alignment) json["alignment"] = score::name_of(*record.alignment);
   files::write_text(file, files::json_text(json, 2) + "\n");
@@ -209,26 +237,45 @@ scenario::Ended ending_of(const RunRecord& record) {
 
 Outcome make_sessions(const scenario::ReadScenario& read, const ResultPlace& place, const Progress& progress,
                       const MakeSession& make) {
-  files::AtomicFolder folder(place.folder);
   const std::size_t before = read.scenario.sessions.size();
+  files::AtomicFolder folder(place.folder, before > 0 ? files::Keeps::marked_folders : files::Keeps::nothing);
   const auto part_of = [&](std::size_t i) {
     return [&progress, i, before](double part) { progress((double(i) + part) / double(before + 1)); };
   };
-  SessionMap map;
+  const auto folder_of = [&](std::size_t i) { return folder.path() / fmt::format("session-{}", i + 1); };
+  estimators::Session from{.count = int(before) + 1};
   std::string file;
+  fs::path kept;  // the memory of the last program that has not failed
+  const auto begin = [&](const fs::path& into) {
+    if (from.count == 1 || read.scenario.estimator.source != programs::Source::program) return;
+    from.memory = into / "memory";
+    fs::create_directory(from.memory);
+    if (!kept.empty())
+      fs::copy(kept, from.memory, fs::copy_options::recursive | fs::copy_options::copy_symlinks);
+  };
+  bool resumes = true;
   for (std::size_t i = 0; i < before; ++i) {
     scenario::ReadScenario session = scenario::session(read, i);
     session.scenario.slam->map.load = file;
     ResultPlace below = place;
-    below.folder = folder.path() / fmt::format("session-{}", i + 1);
-    files::AtomicFolder into(below.folder);
-    SessionMap made = make(session, map, below, into.path(), part_of(i)).map;
-    into.commit();
-    if (!made) continue;  // it was lost until its end: the next session loads the same map
-    map = std::move(made);
+    below.folder = folder_of(i);
+    resumes = resumes && is_finished(below.folder, session.scenario, place);
+    if (!resumes) {
+      files::AtomicFolder into(below.folder);
+      begin(into.path());
+      make(session, from, below, into.path(), part_of(i));
+      into.commit();
+    }
+    ++from.index;
+    const bool failed = read_result(below.folder).ending == scenario::Ending::estimator_failed;
+    if (fs::exists(below.folder / "memory") && !failed) kept = below.folder / "memory";
+    if (!fs::exists(below.folder / "map.bin")) continue;  // the next session loads the same map
+    from.map_file = below.folder / "map.bin";
     file = fmt::format("../session-{}/map.bin", i + 1);
   }
-  const Outcome outcome = make(read, map, place, folder.path(), part_of(before)).outcome;
+  for (std::size_t i = before; fs::exists(folder_of(i)); ++i) files::remove_marked(folder_of(i));
+  begin(folder.path());
+  const Outcome outcome = make(read, from, place, folder.path(), part_of(before));
   folder.commit();
   return outcome;
 }

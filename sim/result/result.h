@@ -99,21 +99,13 @@ struct Outcome : scenario::Ended {
   int exit_code = 0;
 };
 
-/// The map that a session leaves, if any.
-using SessionMap = std::optional<slam::SavedMap>;
-
-/// A session's outcome and its map.
-struct MadeSession {
-  Outcome outcome;
-  SessionMap map;
-};
-/// Makes a session from the map of the previous session, and writes its result into a folder.
-using MakeSession = std::function<MadeSession(const scenario::ReadScenario&, const SessionMap& before,
-                                              const ResultPlace&, const fs::path& into, const Progress&)>;
+/// Makes a session from what the ones before left, and writes its result into a folder.
+using MakeSession = std::function<Outcome(const scenario::ReadScenario&, const estimators::Session&,
+                                          const ResultPlace&, const fs::path& into, const Progress&)>;
 
 /// Makes the sessions before a scenario's own and then this one, whose result is in the place's folder. The
-/// others are below it in session-1, session-2, ... Throws whatever `make` throws, and FileError; then no
-/// folder is left behind.
+/// others are below it in session-1, session-2, ... Throws whatever `make` throws, and FileError; then
+/// and after an interruption, finished sessions of a live run are kept for the next call.
 Outcome make_sessions(const scenario::ReadScenario& read, const ResultPlace& place, const Progress& progress,
                       const MakeSession& make);
 

@@ -61,6 +61,16 @@ Eigen::Isometry3d told_start(const scenario::Scenario& scenario, bool has_map) {
   return start.X_RW();
 }
 
+constexpr double kMostMemory_gb = 2;
+
+std::uintmax_t bytes_in(const std::filesystem::path& folder) {
+  std::uintmax_t bytes = 0;
+  if (folder.empty()) return bytes;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder))
+    if (entry.symlink_status().type() == std::filesystem::file_type::regular) bytes += entry.file_size();
+  return bytes;
+}
+
 void move(const Eigen::Isometry3d& X, estimators::PoseEstimate& pose) {
   pose.X_WC = X * pose.X_WC;
   if (!pose.covariance) return;
@@ -107,7 +117,7 @@ Tracking::Tracking(const scenario::Scenario& scenario, std::unique_ptr<estimator
 Tracking::Tracking(const scenario::Scenario& scenario, const slam::Calibration& calibration,
                    const Eigen::Isometry3d& X_WC_start, double camera_rate_hz,
                    const std::vector<rig::RigSensor>& rig, const std::vector<std::string>& joints,
-                   std::optional<slam::SavedMap> map)
+                   const estimators::Session& session)
     : Tracking(scenario, nullptr, rig) {
   estimators::Start start{calibration, X_WC_start, scenario.seed, *scenario.slam, camera_rate_hz};
   start.rig = rig, start.joints = joints;
@@ -115,14 +125,19 @@ Tracking::Tracking(const scenario::Scenario& scenario, const slam::Calibration& 
   sensor_errors::state_errors(scenario.errors, start.chest_imu);
   if (auto* lens = std::get_if<slam::OneParameterRadial>(&start.calibration.camera.lens))
     lens->k1_px2 *= 1 + scenario.errors.calibration_distortion_fraction;
-  const fs::path& file = scenario.slam->map.load;
+  const fs::path& file = session.map_file.empty() ? scenario.slam->map.load : session.map_file;
+  start.session = session, memory_ = session.memory;
+  std::optional<slam::SavedMap>& map = start.session.map;
   if (!map && !file.empty()) map = recording::read_map(file, start.calibration.camera);
-  if (map || !scenario.world.start.is_default()) {
-    frames_ = {scenario.world.start.X_RW().inverse(), told_start(scenario, map.has_value())};
+  const bool has_map = map || (!memory_.empty() && !std::filesystem::is_empty(memory_));
+  if (has_map || !scenario.world.start.is_default()) {
+    frames_ = {scenario.world.start.X_RW().inverse(), told_start(scenario, has_map)};
     start.X_WC = frames_->told * X_WC_start;
   }
-  if (scenario.slam->plan_velocity.enabled && scenario.estimator != kOdometry) odometry_input_.start = start;
-  start.map = std::move(map);
+  if (scenario.slam->plan_velocity.enabled && scenario.estimator != kOdometry) {
+    odometry_input_.start = start;
+    odometry_input_.start->session = {};
+  }
   try {
     estimator_ = estimators::make_estimator(scenario.estimator, start);
   } catch (const estimators::EstimatorFailed& failure) {
@@ -257,6 +272,9 @@ Tracked Tracking::finish() {
     tracked_.log = failure.log;
     if (!failed()) tracked_.failed = failure.what();
   }
+  if (const double gb = 1e-9 * double(bytes_in(memory_)); gb > kMostMemory_gb && !failed())
+    tracked_.failed =
+        fmt::format("its folder session.memory has {:.2f} GB, expected at most {} GB", gb, kMostMemory_gb);
   tracked_.map = map();
   tracked_.saved_map = estimator_->saved_map();
   tracked_.smoothed = estimator_->smoothed();

@@ -57,11 +57,11 @@ struct Tracked {
 class Tracking {
  public:
   /// The scenario must have a slam section. Throws std::invalid_argument if an external estimator cannot be
-  /// started. map: of the session before; absent: the file slam.map.load, if any.
+  /// started. session: without a map, the file slam.map.load is read, if any.
   Tracking(const scenario::Scenario& scenario, const slam::Calibration& calibration,
            const Eigen::Isometry3d& X_WC_start, double camera_rate_hz = 30,
            const std::vector<rig::RigSensor>& rig = {}, const std::vector<std::string>& joints = {},
-           std::optional<slam::SavedMap> map = {});
+           const estimators::Session& session = {});
   /// Runs an estimator other than the scenario's.
   Tracking(const scenario::Scenario& scenario, std::unique_ptr<estimators::Estimator> estimator,
            const std::vector<rig::RigSensor>& rig = {});
@@ -117,6 +117,7 @@ class Tracking {
   };
   std::optional<Frames> frames_;  ///< absent if W is the room's frame, and there is no loaded map
   bool refused_map_ = false;
+  std::filesystem::path memory_;  ///< of an external program; empty: none
   std::vector<rig::RigSensor> rig_;
   sensor_errors::SensorErrors errors_;
   scenario::EstimatorTime time_;

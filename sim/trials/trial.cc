@@ -81,20 +81,20 @@ std::optional<double> innovation_nll(const tracking::Tracked& tracked, double ar
 }
 
 result::RunRecord replay(const Recording& recording, const scenario::ReadScenario& scenario,
-                         const result::SessionMap& map) {
+                         const estimators::Session& session) {
   const recording::RecordingSetup& setup = recording.setup;
   result::RunRecord run{scenario, {recording.walk.ending}, setup, recording.truth, {}, recording.hash};
   if (!scenario.scenario.slam) return run;
   tracking::Tracking tracking(scenario.scenario, setup.calibration, setup.X_WC_start, setup.camera_rate_hz,
-                              setup.rig, setup.joints, map);
+                              setup.rig, setup.joints, session);
   for (const slam::Observation& observation : recording.observations) tracking.process(observation);
   run.tracked = tracking.finish();
   return run;
 }
 
 JobRecord run_trial(const Recording& recording, const scenario::ReadScenario& scenario,
-                    const std::string& key, const result::SessionMap& map) {
-  const result::RunRecord run = replay(recording, scenario, map);
+                    const std::string& key, const estimators::Session& session) {
+  const result::RunRecord run = replay(recording, scenario, session);
   const score::Run input = result::score_input(run);
   const score::ScoreContext scored(input);
   const scenario::Ended ended = result::ending_of(run);
@@ -117,17 +117,21 @@ JobRecord run_trial(const Recording& recording, const scenario::ReadScenario& sc
 JobRecord run_task(const Task& task, const RecordingOf& recording_of) {
   const scenario::ReadScenario read = scenario::read_scenario_text(task.scenario, "task.yaml");
   try {
-    result::SessionMap map;
+    if (!read.scenario.sessions.empty() && (read.scenario.estimator.source == programs::Source::program ||
+                                            read.scenario.walk.steering.by == walking::SteeredBy::estimate))
+      throw std::invalid_argument(
+          "sessions: a trial has no memory for an external program, and no walk that is steered in a map");
+    estimators::Session before{.count = int(read.scenario.sessions.size()) + 1};
     for (std::size_t i = 0; i < read.scenario.sessions.size(); ++i) {
       const scenario::ReadScenario session = scenario::session(read, i);
       const auto walked = recording_of(session, fmt::format("session-{}", i + 1));
-      if (auto made = replay(*walked, session, map).tracked->saved_map) map = std::move(made);
+      if (auto made = replay(*walked, session, before).tracked->saved_map) before.map = std::move(made);
     }
     const auto recording = recording_of(read, "");
     const scenario::Ended& walk = recording->walk;
     if (walk.ending == scenario::Ending::failed)  // there is nothing to replay
       return {task.key, read.scenario.seed, std::string(name_of(walk.ending)), walk.cause, {}};
-    return run_trial(*recording, read, task.key, map);
+    return run_trial(*recording, read, task.key, before);
   } catch (const files::FileError&) {
     throw;  // the machine's fault, such as a full disk
   } catch (const std::exception& e) {

@@ -40,14 +40,14 @@ std::optional<double> innovation_nll(const tracking::Tracked& tracked, double ar
 /// Applies the sensor errors of `scenario` and runs its filter if it has a slam section. Returns the record,
 /// which keeps a reference to the scenario.
 result::RunRecord replay(const Recording& recording, const scenario::ReadScenario& scenario,
-                         const result::SessionMap& map = {});
+                         const estimators::Session& session = {});
 
 /// Returns the score of replay(): ending, cause and metrics, the same as in a result folder bit for bit;
 /// lasted_fraction, the fraction of the recording until the filter failed; and, unless the filter failed or a
 /// covariance is not positive definite, innovation_nll and pose_nll, the mean over scored frames of −ln
 /// N(pose error; 0, P) with 6 degrees of freedom.
 JobRecord run_trial(const Recording& recording, const scenario::ReadScenario& scenario,
-                    const std::string& key = "", const result::SessionMap& map = {});
+                    const std::string& key = "", const estimators::Session& session = {});
 
 /// A trial for another process.
 struct Task {

@@ -60,6 +60,54 @@ TEST_F(BatchTest, AReplayGivesTheSameBytesAndAcceptsAnotherScenarioOfTheSameWalk
   EXPECT_THAT(other.err, Has("other.yaml: walk.commands is"));
 }
 
+/// Three sessions of a step, with images in which the filter sees little.
+const std::string kSessions =
+    "walk: {commands: [" + kStep +
+    "]}\ncamera: {width_px: 160, height_px: 120}\nslam: {map: {start: rough}}\n"
+    "sessions: [session: {set: []}, session: {set: [world.light.level=0.8, slam.map.start=known]}]\n";
+
+TEST_F(BatchTest, SessionsHaveTheSameBytesHoweverTheyAreMade) {
+  write("sessions.yaml", kSessions);
+  const std::string run = "run sessions.yaml --seeds 1,2 --out ";
+  gaitslam(run + "one");
+  gaitslam(run + "two --jobs 2");
+  gaitslam("run sessions.yaml --out single --cached");
+  expect_same("one", "two");
+  expect_same("one/seed-1", "single/seed-1");
+  EXPECT_THAT(text_of("one/seed-1/session-2/about.json"), Has("\"world.light.level\": \"sessions.yaml:4\""));
+
+  gaitslam("replay one/seed-1 --out again");
+  expect_same("one/seed-1", "again", "recording/");
+  gaitslam("replay one/seed-1/session-2 --out alone");
+  EXPECT_THAT(differences(folder_ / "one/seed-1/session-2", folder_ / "alone", "recording/"),
+              testing::ElementsAre("scenario.yaml"))
+      << "it names the map from another folder";
+
+  ended_when("[ -e killed/.seed-2.partial/session-1 ]", "KILL", run + "killed");
+  EXPECT_FALSE(fs::exists(folder_ / "killed/seed-2"));
+  const auto made = fs::last_write_time(folder_ / "killed/.seed-2.partial/session-1/score.json");
+  EXPECT_THAT(gaitslam(run + "killed").out, Has("finished before\n"));
+  expect_same("one", "killed");
+  EXPECT_EQ(fs::last_write_time(folder_ / "killed/seed-2/session-1/score.json"), made) << "was kept";
+
+  ok("sweep sessions.yaml slam.vision.sigma_px=1 --seeds 1 --out swept");
+  EXPECT_THAT(text_of("swept/scores.csv"),
+              Has(fmt::format("{}", metric(folder_ / "one/seed-1", "plan_rmse_m"))));
+}
+
+TEST_F(BatchTest, AMapThatWasEditedOrIsOfAnotherCameraIsRejectedBeforeTheWalk) {
+  ok("run stand.yaml slam.map.save=true --out r");
+  shell(
+      "cp r/seed-1/map.bin edited.bin && printf 'x' | dd of=edited.bin bs=1 seek=900 conv=notrunc "
+      "status=none")
+      .ends(0);
+  const std::string run = "run stand.yaml --out h slam.map.load=";
+  expect_refused({{run + "edited.bin", "edited.bin: edited or truncated: its content differs from the hash"},
+                  {run + "none.bin", "none.bin: cannot be read: No such file"},
+                  {run + "r/seed-1/map.bin camera.width_px=160 camera.height_px=120",
+                   "map.bin: was made with another calibration: 320x240 px"}});
+}
+
 // In a container, the program that starts a batch is often process 1.
 TEST_F(BatchTest, RunsWhereTheBatchIsTheFirstProcess) {
   if (shell("unshare --user --pid --fork true").exit_code != 0) GTEST_SKIP() << "no namespaces here";

@@ -1,4 +1,8 @@
 // External estimators as a user runs them: in the loop, on recordings, and on exports.
+#include <linux/landlock.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
 #include "sim/files/csv.h"
 #include "sim/files/trajectory_file.h"
 #include "tests/tools/command_line.h"
@@ -101,6 +105,58 @@ TEST_F(ExternalEstimator, GyroAndPlanFollowsTheWalk) {
      "/tools/examples/gyro_and_plan.py]}\" errors.gyro.sigma_rad_s=0");
   EXPECT_LT(metric(folder_ / "out", "rmse_m"), metric(folder_ / "out", "path_length_m") / 10);
   EXPECT_EQ(json_in("out/score.json")["estimator"], "gyro_and_plan");
+}
+
+// The program adds a line to a file in its memory at each start.
+TEST_F(ExternalEstimator, KeepsAFolderBetweenTheSessionsOfASeed) {
+  write("keeps.py", "import os, sys\nlines = open('" + kSources +
+                        "/tools/examples/gyro_and_plan.py').read().rsplit('main()', 1)[0]\nexec(lines)\n" +
+                        R"(class Keeps(Estimator):
+    def __init__(self, start):
+        super().__init__(start)
+        n = int.from_bytes(start[280:288], 'little')
+        told = dict(line.split('=', 1) for line in start[288:288 + n].decode().splitlines())
+        with open(told.pop('session.memory') + '/kept', 'a') as kept:
+            print(int.from_bytes(start[272:280], 'little'), told, start[176:272].hex(), file=kept)
+Estimator = Keeps
+main()
+)");
+  write("sessions.yaml", kShortWalk + "estimator: {program: [/usr/bin/python3, keeps.py]}\n" +
+                             "sessions: [session: {set: [world.start.x_m=0.5]}, session: {set: []}]\n");
+  gaitslam("run sessions.yaml slam.map.start=unknown --seeds 1,2 --out s");
+  const auto kept = [&](const std::string& result) {
+    return sim::files::lines_of(text_of(result + "/memory/kept"));
+  };
+  const auto first = kept("s/seed-1/session-1"), last = kept("s/seed-1");
+  ASSERT_EQ(first.size(), 1u);
+  ASSERT_EQ(last.size(), 3u);
+  EXPECT_EQ(last[0], first[0]);
+  EXPECT_THAT(last[2],
+              StartsWith("1 {'session.index': '3', 'session.count': '3', 'session.start': 'unknown'}"));
+  EXPECT_NE(first[0].substr(first[0].rfind(' ')), last[2].substr(last[2].rfind(' ')))
+      << "told exactly at first";
+  EXPECT_THAT(kept("s/seed-2"), testing::SizeIs(3));
+  EXPECT_THAT(kept("s/seed-2")[0], StartsWith("1000005 ")) << "the seed of its first session";
+  EXPECT_NE(json_in("s/seed-1/about.json")["memory_xxh3_128"],
+            json_in("s/seed-1/session-2/about.json")["memory_xxh3_128"]);
+  gaitslam("replay s/seed-1 --scenario s/seed-1/scenario.yaml --out again");
+  EXPECT_THAT(differences(folder_ / "s/seed-1", folder_ / "again", "recording/"), IsEmpty());
+  expect_refused(
+      "replay s/seed-1/session-2 --out alone --scenario s/seed-1/session-2/scenario.yaml",
+      "session-2: is a session of a program with a memory, expected the result with all its sessions");
+  EXPECT_THAT(gaitslam("sweep sessions.yaml slam.vision.sigma_px=1 --seeds 1 --out swept").ends(3).err,
+              Has("sessions: a trial has no memory for an external program"));
+}
+
+TEST_F(ExternalEstimator, OfSessionsCannotKeepFilesElsewhere) {
+  if (::syscall(SYS_landlock_create_ruleset, nullptr, 0, LANDLOCK_CREATE_RULESET_VERSION) < 2)
+    GTEST_SKIP() << "the kernel has no Landlock";
+  write("elsewhere.py", "open('kept', 'a').write('map')\n");
+  write("sessions.yaml", kShortWalk + "sessions: [session: {set: []}]\n" +
+                             "estimator: {program: [/usr/bin/python3, elsewhere.py]}\n");
+  gaitslam("run sessions.yaml --out s").ends(3);
+  EXPECT_THAT(text_of("s/seed-1/session-1/score.json"), Has("Permission denied: 'kept'"));
+  EXPECT_FALSE(fs::exists(folder_ / "kept"));
 }
 
 TEST_F(ExternalEstimator, PlanAloneCompiledAsInTheReadmeGivesThePosesOfTheBuiltInOne) {

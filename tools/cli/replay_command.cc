@@ -109,6 +109,9 @@ int replay_result(ReplayRequest& request) {
       throw UsageError("{}: affects the recording, which a replay cannot change; rerun the scenario", key);
   if (!external) keep_origin(read, request);
   join_batch(request.batch, &read);
+  if (read.scenario.sessions.empty() && fs::exists(request.result / "memory"))
+    throw UsageError("{}: is a session of a program with a memory, expected the result with all its sessions",
+                     request.result.string());
   if (!read.scenario.slam) throw UsageError("slam: is missing, expected a scenario with a filter");
   const OutFolder out(request, request.result / "replay", OutUse::result);
   require_separate(out.path(), request.result);

@@ -42,11 +42,21 @@ result::Outcome run_cached(const scenario::ReadScenario& read, const result::Res
                            const result::Progress& progress) {
   constexpr double kWalk = 0.7;  // fraction of the time spent on simulating a missing walk
   bool walked = false;
-  const auto walking = [&](double part) { walked = true, progress(kWalk * part); };
+  std::vector<recording::CachedRecording> walks;
+  std::vector<fs::path> sessions;
+  const std::size_t before = read.scenario.sessions.size();
+  const auto walking = [&](double part) {
+    walked = true, progress(kWalk * (double(walks.size()) + part) / double(before + 1));
+  };
   const auto replaying = [&](double part) { progress(walked ? kWalk + (1 - kWalk) * part : part); };
-  const auto recording = Recordings(place.models).get(read, walking);
+  const Recordings recordings(place.models);
+  for (std::size_t i = 0; i < before; ++i) {
+    walks.push_back(recordings.get(scenario::session(read, i), walking));
+    sessions.push_back(walks.back().folder);
+  }
+  const auto recording = recordings.get(read, walking);
   return replay::replay(read, recording.folder / "recording", replay::read_walk_end(recording.folder), place,
-                        replaying, replay::Recorded::copied);
+                        replaying, replay::Recorded::copied, sessions);
 }
 
 int run_one(const scenario::ReadScenario& read, const RunRequest& request, const fs::path& root) {
@@ -68,8 +78,11 @@ int run_one(const scenario::ReadScenario& read, const RunRequest& request, const
                         : request.batch.parent ? 1
                                                : 2;  // one of several has one core
     // Measured times are not repeatable, so no replay could reproduce a run that depends on them.
+    const bool by_estimate = read.scenario.walk.steering.by == walking::SteeredBy::estimate;
     const bool measured = read.scenario.estimator_time.model == scenario::TimeModel::measured;
-    outcome = request.cached && !measured && read.scenario.sessions.empty()
+    // The cache has no walks of sessions that are steered in the map of the session before.
+    const bool in_map = !read.scenario.sessions.empty() && by_estimate;
+    outcome = request.cached && !measured && !in_map
                   ? run_cached(read, place, show)
                   : run_live(read, place, show, threads, view ? &view->run_observer() : nullptr);
   }

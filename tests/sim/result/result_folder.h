@@ -9,12 +9,14 @@ namespace tests {
 
 namespace fs = sim::fs;
 
-/// Relative path -> content of every file below a folder, except timing.* and the files in `without`.
+/// Relative path -> content of every file below a folder, except timing.* and the files in folders `without`.
 inline std::map<std::string, std::string> files(const fs::path& folder, const std::string& without = "-") {
   std::map<std::string, std::string> contents;
   for (const auto& entry : fs::recursive_directory_iterator(folder)) {
     const std::string name = fs::relative(entry.path(), folder), last = entry.path().filename();
-    if (!entry.is_regular_file() || last.starts_with("timing.") || name.starts_with(without)) continue;
+    if (!entry.is_regular_file() || last.starts_with("timing.") ||
+        ("/" + name).find("/" + without) != name.npos)
+      continue;
     contents[name] = sim::files::read_text(entry.path());
   }
   return contents;

@@ -158,7 +158,8 @@ recording::CachedRecording Recordings::get(const scenario::ReadScenario& read,
                                            const result::Progress& progress) const {
   const auto walk = [&](const fs::path& folder) {
     scenario::ReadScenario recorded = read;
-    if (read.scenario.walk.steering.by != walking::SteeredBy::estimate) recorded.scenario.slam.reset();
+    if (read.scenario.walk.steering.by != walking::SteeredBy::estimate)
+      recorded.scenario.slam.reset(), recorded.scenario.sessions.clear();
     run_live(recorded, result_place(folder, models_hash_, models_), progress);
   };
   return cache_.get(key(read.scenario), walk, report_damage);
