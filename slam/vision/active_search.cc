@@ -28,6 +28,8 @@ constexpr double kLeastDistance_px = 20;  // minimum distance between the corner
 // Number of landmarks up to which a box's sides are a quarter of the image's.
 constexpr double kFewVisible = 12;
 constexpr double kCornerGateSigmas = 3;
+// Mean gray of an image in which corners must pass the whole threshold; ordinary images have 126 or more.
+constexpr double kOrdinaryGray = 100, kLeastLight = 0.3;
 
 /// Σ gx², gxgy, gy² over a column of 11 pixels, with doubled gradients so that the sums are integers.
 struct Moments {
@@ -224,7 +226,9 @@ std::optional<Eigen::Vector2i> propose_corner(const cv::Mat& image,
   if (std::any_of(occupied.begin(), occupied.end(),
                   [&](const Eigen::Vector2d& p) { return box.contains(cv::Point2d(p.x(), p.y())); }))
     return std::nullopt;
-  const auto corner = strongest_corner(image, box, options.corner_threshold);
+  // Gradients are proportional to the light; noise is not.
+  const double light = std::clamp(cv::mean(image)[0] / kOrdinaryGray, kLeastLight, 1.0);
+  const auto corner = strongest_corner(image, box, options.corner_threshold * light * light);
   if (!corner) return std::nullopt;
   const Eigen::Vector2d pixel = corner->pixel.cast<double>();
   const double least = std::min<double>(kLeastDistance_px, box.height);

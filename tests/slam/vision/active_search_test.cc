@@ -220,6 +220,24 @@ TEST(Corners, AreProposedAwayFromOccupiedPixels) {
     for (std::size_t j = 0; j < i; ++j) EXPECT_GE((occupied[i] - occupied[j]).norm(), 20);
 }
 
+TEST(Corners, AreProposedInDarkImagesButNotInNoise) {
+  const auto proposed = [](const cv::Mat& image) {
+    std::mt19937_64 random(1);
+    int count = 0;
+    for (int k = 0; k < 60; ++k)
+      if (propose_corner(image, {}, Options::Vision{}, random)) ++count;
+    return count;
+  };
+  const cv::Mat dark = 0.1 * random_blocks(320, 8, 5);
+  EXPECT_FALSE(strongest_corner(dark, {0, 0, 320, 240}, Options::Vision::corner_threshold));
+  EXPECT_GT(proposed(dark), 50);
+  cv::Mat black(240, 320, CV_8UC1, cv::Scalar(10)), noise(240, 320, CV_8SC1);
+  cv::theRNG().state = 1;
+  cv::randn(noise, 0, 2);
+  cv::add(black, noise, black, {}, CV_8U);
+  EXPECT_EQ(proposed(black), 0);
+}
+
 TEST(Corners, AreFoundNearAPixelWithinThreeSigma) {
   cv::Mat image(240, 320, CV_8UC1, cv::Scalar(60));
   image(cv::Rect(160, 120, 160, 120)).setTo(cv::Scalar(200));  // its corner is at (159.5, 119.5)
