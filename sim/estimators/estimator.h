@@ -45,7 +45,8 @@ struct Session {
   std::optional<slam::SavedMap> map = {};  ///< for the filter
   std::filesystem::path map_file = {};     ///< the same in a file; empty: none
   int index = 1, count = 1;
-  /// A folder in which an external program finds the files that it left in the session before; empty: none.
+  /// The absolute path of a folder in which an external program finds the files that it left in the session
+  /// before; empty: none.
   std::filesystem::path memory = {};
 };
 

@@ -232,7 +232,7 @@ std::string session_text(const Session& session, slam::MapStart start) {
   if (session.count == 1) return "";
   return fmt::format("session.index={}\nsession.count={}\nsession.start={}\nsession.memory={}\n",
                      session.index, session.count, slam::kMapStarts[std::size_t(start)],
-                     std::filesystem::absolute(session.memory).string());
+                     session.memory.string());
 }
 
 }  // namespace

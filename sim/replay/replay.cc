@@ -149,15 +149,27 @@ Poses poses_at_frames(const files::TrajectoryFile& file, const Frames& frames, P
   return poses;
 }
 
-/// Moves the poses into W and returns the scale factor. Throws estimators::EstimatorFailed if they cannot be
-/// aligned with the truth.
-double place_in_world(Poses& poses, const std::vector<files::TimedPose>& truth, score::Alignment alignment) {
+score::Similarity operator*(const Eigen::Isometry3d& X, const score::Similarity& S) {
+  return {S.scale, X.linear() * S.R, X * S.translation};
+}
+
+/// Returns the alignment of the poses with the truth. Throws estimators::EstimatorFailed if there is none.
+score::Similarity aligned(const Poses& poses, const std::vector<files::TimedPose>& truth,
+                          score::Alignment alignment) {
   score::Trajectory unaligned;
   for (const estimators::PoseEstimate& pose : poses) unaligned.push_back({pose.t, pose.X_WC});
   const auto found = score::align(score::pair_by_stamp(truth, unaligned), alignment);
   if (const auto* const none = std::get_if<score::Absent>(&found))
     throw estimators::EstimatorFailed("its trajectory cannot be aligned with the truth: " + none->reason);
-  const auto& S = std::get<score::Similarity>(found);
+  return std::get<score::Similarity>(found);
+}
+
+/// Moves the poses into W and returns the scale factor.
+double place_in_world(Poses& poses, const ExternalRun& run, const result::RunRecord& record) {
+  const Eigen::Isometry3d X_RW = record.scenario.scenario.world.start.X_RW();
+  std::optional<score::Similarity> own, &in_room = run.in_room ? *run.in_room : own;
+  if (!in_room) in_room = X_RW * aligned(poses, record.truth.camera, run.alignment);
+  const score::Similarity S = X_RW.inverse() * *in_room;
   slam::Matrix6d J = slam::Matrix6d::Identity();
   J.bottomRightCorner<3, 3>() = S.scale * S.R;
   for (estimators::PoseEstimate& pose : poses) {
@@ -184,7 +196,8 @@ void read_run(const ExternalRun& run, const Frames& frames, result::RunRecord& r
     throw estimators::EstimatorFailed(
         fmt::format("{} of its {} poses are within 2 ms of a frame's stamp{}", poses.size(), file.rows.size(),
                     whole ? ": its stamps are whole numbers, like frame numbers" : ""));
-  record.scaled_by = place_in_world(poses, record.truth.camera, run.alignment);
+  const bool in_map = run.in_room && *run.in_room;
+  record.scaled_by = place_in_world(poses, run, record);
   auto pose = poses.begin();
   for (const slam::Stamp t : frames.stamps) {
     if (pose == poses.end() || pose->t != t) {
@@ -194,6 +207,7 @@ void read_run(const ExternalRun& run, const Frames& frames, result::RunRecord& r
     tracking::TrackedFrame& frame = tracked.frames.emplace_back();
     frame.estimate = *pose++;
     frame.report.t = t;
+    if (in_map) frame.report.map = slam::MapUse::found;
   }
 }
 
@@ -277,8 +291,7 @@ result::Outcome replay_external(const scenario::ReadScenario& scenario, recordin
 
 result::Outcome score_external(const scenario::ReadScenario& scenario, const fs::path& recording,
                                const WalkEnd& walk, const ExternalRun& run, const result::ResultPlace& place,
-                               result::Timing timing) {
-  files::AtomicFolder folder(place.folder);
+                               const fs::path& into, result::Timing timing) {
   recording::RecordingReader reader(recording);
   const Frames frames = frames_of(reader);
   result::RunRecord record{scenario,     walk.ended,   reader.setup(), recording::read_truth(recording),
@@ -303,10 +316,8 @@ result::Outcome score_external(const scenario::ReadScenario& scenario, const fs:
     timing.frames.push_back({.t = t, .filter_ms = run.cpu_ms / double(frames.stamps.size())});
   record.tracked = std::move(tracked);
   const double end_s = frames.stamps.empty() ? 0 : slam::seconds(frames.stamps.back());
-  const result::Outcome outcome = result::write_result(folder.path(), record, place, timing, end_s);
-  if (run.keep && fs::exists(run.trajectory)) fs::copy_file(run.trajectory, folder.path() / "trajectory.txt");
-  folder.commit();
-  return outcome;
+  if (run.keep && fs::exists(run.trajectory)) fs::copy_file(run.trajectory, into / "trajectory.txt");
+  return result::write_result(into, record, place, timing, end_s);
 }
 
 }  // namespace sim::replay

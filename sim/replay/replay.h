@@ -55,14 +55,16 @@ struct ExternalRun {
   double cpu_ms = 0;                                    ///< CPU time of the whole run
   bool keep = false;                                    ///< keep it in the result as trajectory.txt
   std::optional<std::string> failed = {};               ///< why the trajectory is missing
+  /// For sessions: the first one's world in the room, set by the first call and used by the others.
+  std::optional<score::Similarity>* in_room = nullptr;
   std::function<void(const std::string&)> warn = [](const std::string&) {};
 };
 
-/// Writes a complete result folder from the poses within 2 ms of frames. Their stamps start at 0 s (as in the
-/// run), at 1e9 s (as in its exports) or, in KITTI format, at the first image. An unusable trajectory counts
-/// as a failure of the program. Throws FileError as replay() does.
+/// Writes all result files except recording/ into a folder, from the poses within 2 ms of frames. Their
+/// stamps start at 0 s (as in the run), at 1e9 s (as in its exports) or, in KITTI format, at the first image.
+/// An unusable trajectory counts as a failure of the program. Throws FileError as replay() does.
 result::Outcome score_external(const scenario::ReadScenario& scenario, const fs::path& recording,
                                const WalkEnd& walk, const ExternalRun& run, const result::ResultPlace& place,
-                               result::Timing timing);
+                               const fs::path& into, result::Timing timing);
 
 }  // namespace sim::replay

@@ -247,8 +247,8 @@ Outcome make_sessions(const scenario::ReadScenario& read, const ResultPlace& pla
   std::string file;
   fs::path kept;  // the memory of the last program that has not failed
   const auto begin = [&](const fs::path& into) {
-    if (from.count == 1 || read.scenario.estimator.source != programs::Source::program) return;
-    from.memory = into / "memory";
+    if (from.count == 1 || read.scenario.estimator.source == programs::Source::built_in) return;
+    from.memory = fs::absolute(into) / "memory";
     fs::create_directory(from.memory);
     if (!kept.empty())
       fs::copy(kept, from.memory, fs::copy_options::recursive | fs::copy_options::copy_symlinks);

@@ -129,7 +129,8 @@ Tracking::Tracking(const scenario::Scenario& scenario, const slam::Calibration& 
   start.session = session, memory_ = session.memory;
   std::optional<slam::SavedMap>& map = start.session.map;
   if (!map && !file.empty()) map = recording::read_map(file, start.calibration.camera);
-  const bool has_map = map || (!memory_.empty() && !std::filesystem::is_empty(memory_));
+  in_memory_ = !memory_.empty() && !std::filesystem::is_empty(memory_);
+  const bool has_map = map || in_memory_;
   if (has_map || !scenario.world.start.is_default()) {
     frames_ = {scenario.world.start.X_RW().inverse(), told_start(scenario, has_map)};
     start.X_WC = frames_->told * X_WC_start;
@@ -205,6 +206,7 @@ void Tracking::ask(const slam::Observation& arrived, slam::Stamp arrival) {
   clock_.free = std::max(clock_.free, arrival) + took;
   given_ = std::max(given_, arrived.t);
   external_cpu_ms_ += answer.external_cpu_ms;
+  if (in_memory_) answer.report.map = slam::MapUse::found;
   refused_map_ = answer.report.map == slam::MapUse::refused;
   if (frames_ && answer.estimate) move(X_WM(), *answer.estimate);
   tracked_.frames.push_back({answer.estimate, std::move(answer.report), took, clock_.free});

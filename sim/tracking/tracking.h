@@ -118,6 +118,7 @@ class Tracking {
   std::optional<Frames> frames_;  ///< absent if W is the room's frame, and there is no loaded map
   bool refused_map_ = false;
   std::filesystem::path memory_;  ///< of an external program; empty: none
+  bool in_memory_ = false;        ///< an earlier session left files there
   std::vector<rig::RigSensor> rig_;
   sensor_errors::SensorErrors errors_;
   scenario::EstimatorTime time_;

@@ -148,6 +148,25 @@ main()
               Has("sessions: a trial has no memory for an external program"));
 }
 
+// The command answers with the plan, in the world of its first session, which starts 0.5 m away.
+TEST_F(ExternalEstimator, EvaluateAlignsAllSessionsAsTheFirst) {
+  write("sessions.yaml",
+        kShortWalk + "sessions: [session: {set: [world.start.x_m=0.5]}, session: {set: []}]\n");
+  gaitslam("run sessions.yaml --out s");
+  write("keeps.sh",
+        "grep -v ^# $1/plan.txt | awk -v k=$3 '{ if (k > 1) $2 -= 0.5; print }' > $2; echo $3 >> $4/kept\n");
+  gaitslam(
+      "evaluate s/seed-1 --format tum --align none --out e --command 'sh keeps.sh {folder} {trajectory} "
+      "{session} "
+      "{memory}'");
+  const std::string result = "e/sessions/seed-1";
+  for (const char* session : {"/session-1", "/session-2", ""})
+    EXPECT_LT(metric(folder_ / (result + session), "rmse_m"), 0.03) << "error of the plan" << session;
+  EXPECT_EQ(text_of(result + "/memory/kept"), "1\n2\n3\n");
+  EXPECT_EQ(metric(folder_ / result, "first_pose_correct"), 1);
+  EXPECT_TRUE(std::isnan(metric(folder_ / (result + "/session-1"), "first_pose_correct"))) << "no memory yet";
+}
+
 TEST_F(ExternalEstimator, OfSessionsCannotKeepFilesElsewhere) {
   if (::syscall(SYS_landlock_create_ruleset, nullptr, 0, LANDLOCK_CREATE_RULESET_VERSION) < 2)
     GTEST_SKIP() << "the kernel has no Landlock";
@@ -412,6 +431,7 @@ TEST_F(ExternalEstimator, EvaluateRefusesWhatItCannotDo) {
   expect_refused(
       {{tum + "--command true", "lacks {trajectory}, expected it"},
        {"evaluate r/seed-1 --format tmu --command '{trajectory}' --out e", "did you mean 'tum'?"},
+       {tum + "--command 'x {memory} {trajectory}'", "r/seed-1: has no sessions, expected some for {memory}"},
        {"evaluate r --format tum --command '{trajectory}' --out e", "expected the folder of a run"},
        {tum + "--pose head --command '{trajectory}'", "expected camera or imu"}});
 }

@@ -20,7 +20,8 @@ constexpr const char* kEvaluateExamples = R"(Examples:
 For each recording, the command exports what the filter received, without any truth, to {folder}, runs your program, and
 reads the {trajectory} that it wrote: TUM, KITTI with times.txt next to it, or a table whose columns are named by a header
 (as in EuRoC's files) or by --columns, as ORB-SLAM3's in ns; gaitslam score --help lists the names. The result is written
-to results/NAME/SCENARIO/seed-N, or below --out. The errors after SE(3) and Sim(3) alignment are always both given. Limits are those of the recorded scenario unless given here, as in
+to results/NAME/SCENARIO/seed-N, or below --out. If the scenario has sessions, the program runs on each in turn: {memory} is a folder that
+it may keep, {session} the number, and the alignment of the first session applies to all. The errors after SE(3) and Sim(3) alignment are always both given. Limits are those of the recorded scenario unless given here, as in
 limits.ate_se3_rmse_m.at_most=0.1. Rerun the command to resume after an interruption.
 The exit codes are those of gaitslam run; a program that fails, takes too long or writes no trajectory ends as
 estimator_failed (3). With several recordings, the highest exit code counts. Folders recorded by other programs (EuRoC/ASL) cannot be evaluated;
@@ -51,12 +52,15 @@ score::Alignment alignment_of(const EvaluateRequest& request) {
 }
 
 /// Runs the command on the export until it ends.
-replay::ExternalRun run_command(const EvaluateRequest& request, const TemporaryFolder& scratch) {
+replay::ExternalRun run_command(const EvaluateRequest& request, const TemporaryFolder& scratch,
+                                const estimators::Session& session) {
   replay::ExternalRun run{scratch / "trajectory.txt", request.columns.value_or(""), body_of(request),
                           alignment_of(request)};
   std::string command = request.command;
   boost::replace_all(command, "{folder}", files::shell_word((scratch / "export").string()));
   boost::replace_all(command, "{trajectory}", files::shell_word(run.trajectory.string()));
+  boost::replace_all(command, "{memory}", files::shell_word(session.memory.string()));
+  boost::replace_all(command, "{session}", std::to_string(session.index));
   programs::ChildProgram program({"sh", "-c", "exec 1>&2\n" + command}, "evaluate");
   try {
     program.run(programs::TimeLimit(request.within_s));
@@ -89,22 +93,30 @@ scenario::ReadScenario with_command(const fs::path& folder, const EvaluateReques
 }
 
 int evaluate_one(const ResultJob& job, const fs::path& result_folder, const EvaluateRequest& request) {
-  const scenario::Scenario& s = job.read.scenario;
   const fs::path& folder = *job.recording;
-  result::Outcome outcome;
-  {
-    ProgressLine progress(fmt::format("{} on {}", s.estimator.name, folder.string()));
+  std::optional<score::Similarity> in_room;
+  const auto evaluate_session = [&](const scenario::ReadScenario& read, const estimators::Session& session,
+                                    const result::ResultPlace& place, const fs::path& into,
+                                    const result::Progress&) {
+    const scenario::Scenario& s = read.scenario;
+    const fs::path recorded = &read == &job.read ? folder : folder / place.folder.filename();
     const TemporaryFolder scratch;
-    exports::ExportedRun exported{folder, s.name, s.seed, s.errors, false, request.undistort};
+    exports::ExportedRun exported{recorded, s.name, s.seed, s.errors, false, request.undistort};
     const auto warn = [](const std::string& what) { std::cerr << "warning: " << what << '\n'; };
     exported.warn = warn;
     exports::export_run(exported, request.format, scratch / "export");
     const result::Timing timing;
-    replay::ExternalRun run = run_command(request, scratch);
-    run.warn = warn;
-    const replay::WalkEnd walk = replay::read_walk_end(folder);
-    outcome = replay::score_external(job.read, folder / "recording", walk, run,
-                                     result_place(result_folder, walk.models_hash), timing);
+    replay::ExternalRun run = run_command(request, scratch, session);
+    run.warn = warn, run.in_room = &in_room;
+    return replay::score_external(read, recorded / "recording", replay::read_walk_end(recorded), run, place,
+                                  into, timing);
+  };
+  result::Outcome outcome;
+  {
+    ProgressLine progress(fmt::format("{} on {}", job.read.scenario.estimator.name, folder.string()));
+    const std::string models = replay::read_walk_end(folder).models_hash;
+    outcome = result::make_sessions(
+        job.read, result_place(result_folder, models), [](double) {}, evaluate_session);
   }
   return cli::report(outcome, result_folder);
 }
@@ -130,6 +142,8 @@ std::vector<ResultJob> read_jobs(const EvaluateRequest& request) {
   std::map<std::string, std::string> from;
   for (const std::string& folder : request.results) {
     const scenario::ReadScenario read = with_command(folder, request);
+    if (read.scenario.sessions.empty() && request.command.find("{memory}") != std::string::npos)
+      throw UsageError("{}: has no sessions, expected some for {{memory}}", folder);
     all.push_back({read, read.scenario.name, folder, 1, command_of(request, folder)});
     if (const auto [earlier, is_new] = from.emplace(all.back().result(), folder); !is_new)
       throw UsageError("{} and {} would both be written to {}", earlier->second, folder, earlier->first);
