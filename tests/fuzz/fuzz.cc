@@ -6,10 +6,12 @@
 #include <set>
 
 #include "sim/estimators/messages.h"
+#include "sim/files/hash.h"
 #include "sim/files/text.h"
 #include "sim/model_file/model_file.h"
 #include "sim/recording/asl_folder.h"
 #include "sim/recording/image_file.h"
+#include "sim/recording/map_file.h"
 #include "sim/regression/suite.h"
 #include "sim/scenario/scenario.h"
 #include "sim/trials/sweep.h"
@@ -331,6 +333,23 @@ void specs(std::string_view text) {
   });
 }
 
+constexpr slam::CameraIntrinsics kMapCamera{};
+
+/// A map file without the hash at its end, which is added, as otherwise each mutation would be rejected for
+/// it.
+void map(std::string_view text) {
+  sim::files::Hash hash;
+  hash.add(text);
+  const fs::path made = file("map.bin", std::string(text) + hash.hex());
+  read_or_reject([&] { recordings::read_map(made, kMapCamera); });
+}
+
+Inputs maps() {
+  slam::SavedMap map{1, kMapCamera, {slam::Landmark{}}, slam::Vector6d::Ones(), slam::Matrix6d::Identity()};
+  const std::string bytes = recordings::map_bytes(map);
+  return {bytes.substr(0, bytes.size() - 32)};
+}
+
 struct Target {
   std::string_view name;
   void (*read)(std::string_view);
@@ -350,6 +369,7 @@ const std::array kTargets{
            [] {
              return Inputs{encoded(".png"), encoded(".pgm")};
            }},
+    Target{"map", map, maps},
     Target{"model", model, [] { return Inputs(std::begin(kRobots), std::end(kRobots)); }},
     Target{"recording", recording, [] { return one_of_each(parsed_files()); }},
     Target{"scenario", scenario, [] { return Inputs{}; }},  // tools/fuzz.sh: the files of scenarios/
