@@ -93,6 +93,11 @@ TEST_F(BatchTest, SessionsHaveTheSameBytesHoweverTheyAreMade) {
   ok("sweep sessions.yaml slam.vision.sigma_px=1 --seeds 1 --out swept");
   EXPECT_THAT(text_of("swept/scores.csv"),
               Has(fmt::format("{}", metric(folder_ / "one/seed-1", "plan_rmse_m"))));
+  write("tune.yaml",
+        "parameters: {slam.vision.sigma_px: {from: 0.02, to: 0.1, start: 0.04}}\nholdout: [{scenario: "
+        "sessions.yaml, seeds: 2}]\n"
+        "training: [{scenario: sessions.yaml, seeds: 1}]\nobjective: pose_nll\ntrials: 10\npopulation: 5\n");
+  EXPECT_THAT(gaitslam("tune tune.yaml --out tuned").out, Has("0 of 10 trials failed"));
 }
 
 TEST_F(BatchTest, AMapThatWasEditedOrIsOfAnotherCameraIsRejectedBeforeTheWalk) {

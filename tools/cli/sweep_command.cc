@@ -40,7 +40,10 @@ int run_listed(TrialsRequest& request) {
   for (const Job& job : jobs) {
     const trials::Task task{job.key, job.seed, job.scenario, job.recording};
     records.push_back(run_task(task, [&](const auto& read, const std::string& session) {
-      return recording_of(session.empty() || job.recording.empty() ? job.recording : job.recording / session,
+      const fs::path beside = job.recording / session;  // not if the recording is in the cache
+      return recording_of(session.empty()                                ? job.recording
+                          : !job.recording.empty() && fs::exists(beside) ? beside
+                                                                         : fs::path(),
                           read);
     }));
     progress.show(double(records.size()) / double(jobs.size()));
