@@ -77,15 +77,21 @@ void LegNoises::end(double stride_s) {
   sway[1] = 0;
 
   // The covariance of the errors of successive frames separates errors that last (sway, positive) from white
-  // errors of the position (negative) and white errors of the velocity (none).
-  Eigen::Vector3d last = Eigen::Vector3d::Zero();
-  double height = frames_.empty() ? 0 : frames_[0].height_error_m;
+  // errors of the position (negative) and white errors of the velocity (none). Errors of the position within
+  // a stride are much the same over half a step: they count as white errors with the same mean over it.
+  Eigen::Vector3d last = Eigen::Vector3d::Zero(), position = last, steady_position = last, sum = last;
+  double height = frames_.empty() ? 0 : frames_[0].height_error_m, count = 0;
   for (const Frame& f : frames_) {
     const Eigen::Vector3d error = f.error - (sway * f.sway).matrix();
-    const double lasting = error.dot(std::exchange(last, error));
     velocity_m_s_.add(error);
-    sway_m_s_.squares += lasting, sway_m_s_.count += 3;
-    position_m_.squares -= f.dt_s * f.dt_s * lasting, position_m_.count += 3;
+    sway_m_s_.squares += error.dot(std::exchange(last, error)), sway_m_s_.count += 3;
+    position += f.dt_s * error;
+    steady_position = position + std::exp(-f.dt_s / stride_s) * (steady_position - position);
+    sum += position - steady_position;
+    if (++count * f.dt_s >= stride_s / 4) {
+      position_m_.add(Eigen::Vector3d(sum / std::sqrt(count)));
+      sum.setZero(), count = 0;
+    }
     height = f.height_error_m + std::exp(-f.dt_s / kLasting_s) * (height - f.height_error_m);
     height_m_.add(f.height_error_m - height);
     lasting_m_.add(height);

@@ -129,7 +129,7 @@ class Guess {
         "imu: {{{4}}}  # guess: {5}\nlegs:  # guess: the last joints above each "
         "foot\n",
         quoted(model), quoted(name(base_)),
-        text_of(sensors_.cameras.empty() ? rig::Mount{name(head_), front_of(head_)} : sensors_.cameras[0]),
+        text_of(sensors_.cameras.empty() ? mount_on(name(head_), front_of(head_)) : sensors_.cameras[0]),
         sensors_.cameras.empty() ? "in front of the head, or of the chest" : "as in the model",
         text_of(sensors_.imus.empty() ? rig::Mount{name(chest_)} : sensors_.imus[0]),
         sensors_.imus.empty() ? "the body that carries the arms" : "as in the model");
@@ -410,15 +410,16 @@ class Guess {
                           [&](const rig::Mount& imu) { return imu.link == name(m_.body_weldid[chest_]); });
   }
 
-  Vector3d front_of(int body) const {
+  // In front of the body, with the base's axes.
+  Eigen::Isometry3d front_of(int body) const {
     std::vector<int> geoms;
     for (int geom = 0; geom < m_.ngeom; ++geom)
       if (m_.geom_bodyid[geom] == body) geoms.push_back(geom);
     const Eigen::AlignedBox3d around = box(geoms, Eigen::Isometry3d::Identity());
-    if (around.isEmpty()) return Vector3d::Zero();
-    const Vector3d front(around.max().x(), around.center().y(),
-                         0.2 * around.center().z() + 0.8 * around.max().z());
-    return pose_in(data_->xpos + 3 * body, data_->xmat + 9 * body).inverse() * front;
+    Vector3d front = place(body);
+    if (!around.isEmpty())
+      front << around.max().x(), around.center().y(), 0.2 * around.center().z() + 0.8 * around.max().z();
+    return pose_in(data_->xpos + 3 * body, data_->xmat + 9 * body).inverse() * Eigen::Translation3d(front);
   }
 
   // Bends the three joints that pitch the most, then turns the whole legs until the soles lie flat again.

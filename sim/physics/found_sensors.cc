@@ -13,8 +13,8 @@
 namespace sim::physics {
 namespace {
 
-constexpr double kToTheRight = 0.7;  // cosine
-constexpr double kSame = 1e-3;       // relative difference of positions
+constexpr double kToTheRight = 0.7, kAhead = 0.99;  // cosines
+constexpr double kSame = 1e-3;                      // relative difference of positions
 constexpr std::array kCameras{"d435", "realsense", "zed", "oak", "camera"};
 constexpr std::array kLidars{"mid360", "livox", "lidar"};
 constexpr std::array kImus{"imu"};
@@ -53,7 +53,7 @@ class Finder {
       if (word == words.size() || link == links_.end() || other || (frame.is_camera && !looks)) continue;
       const Eigen::Isometry3d X_LS = looks ? frame.X_LS * looking(frame) : frame.X_LS;
       if (looks && !((frame.R_BL * X_LS.linear())(0, 0) > 0)) continue;
-      ranked.emplace_back(word, link - links_.begin(), mount(frame.link, X_LS));
+      ranked.emplace_back(word, link - links_.begin(), mount_on(frame.link, X_LS));
     }
     std::ranges::stable_sort(
         ranked, {}, [](const auto& each) { return std::pair(std::get<0>(each), std::get<1>(each)); });
@@ -88,16 +88,9 @@ class Finder {
   static Eigen::Isometry3d looking(const Frame& frame) {
     const Eigen::Isometry3d X_CL = rig::camera_from_forward_left_up();
     if (frame.is_camera) return Eigen::Isometry3d(Eigen::DiagonalMatrix<double, 3>(1, -1, -1)) * X_CL;
-    const bool optical = (frame.R_BL * frame.X_LS.linear())(1, 0) < -kToTheRight;
-    return optical ? X_CL : Eigen::Isometry3d::Identity();
-  }
-
-  static rig::Mount mount(const std::string& link, const Eigen::Isometry3d& X) {
-    const Eigen::Matrix3d R = X.linear();  // Rz(yaw) Ry(tilt) Rx(roll)
-    const double tilt = std::asin(std::clamp(-R(2, 0), -1.0, 1.0));
-    if (std::abs(R(2, 0)) > 1 - 1e-9)  // only the difference or sum of yaw and roll is known
-      return {link, X.translation(), std::atan2(-R(0, 1), R(1, 1)), tilt, 0};
-    return {link, X.translation(), std::atan2(R(1, 0), R(0, 0)), tilt, std::atan2(R(2, 1), R(2, 2))};
+    const Eigen::Matrix3d R = frame.R_BL * frame.X_LS.linear();
+    if (R(1, 0) < -kToTheRight) return X_CL;
+    return Eigen::Isometry3d(R(0, 2) > kAhead ? Eigen::Matrix3d(R.transpose()) : Eigen::Matrix3d::Identity());
   }
 
   const CompiledRobot& robot_;
@@ -112,6 +105,14 @@ class Finder {
 FoundSensors find_sensors(const CompiledRobot& robot, const std::vector<std::string>& links) {
   const Finder finder(robot, links);
   return {finder.all(kCameras, true), finder.all(kImus, false), finder.all(kLidars, false)};
+}
+
+rig::Mount mount_on(const std::string& link, const Eigen::Isometry3d& X) {
+  const Eigen::Matrix3d R = X.linear();  // Rz(yaw) Ry(tilt) Rx(roll)
+  const double tilt = std::asin(std::clamp(-R(2, 0), -1.0, 1.0));
+  if (std::abs(R(2, 0)) > 1 - 1e-9)  // only the difference or sum of yaw and roll is known
+    return {link, X.translation(), std::atan2(-R(0, 1), R(1, 1)), tilt, 0};
+  return {link, X.translation(), std::atan2(R(1, 0), R(0, 0)), tilt, std::atan2(R(2, 1), R(2, 2))};
 }
 
 std::string text_of(const rig::Mount& mount) {

@@ -13,8 +13,12 @@ struct FoundSensors {
 
 /// Returns the sensors on the given links and on everything fixed to them. Names of common products count
 /// more than "camera", and earlier links more than later ones. A link or site looks along its x axis or, if
-/// that axis points to the right of the robot, along its z axis. Cameras that look backward are left out.
+/// that axis points to the right of the robot or the z axis ahead, along its z axis. Cameras that look
+/// backward are left out.
 FoundSensors find_sensors(const CompiledRobot& robot, const std::vector<std::string>& links);
+
+/// Returns the mount with this pose on a link.
+rig::Mount mount_on(const std::string& link, const Eigen::Isometry3d& X);
 
 /// Returns the keys of a mount as YAML, without braces.
 std::string text_of(const rig::Mount& mount);

@@ -82,6 +82,13 @@ class NetworkWalker(unittest.TestCase):
         # 5 m/s² for 0.02 s: 0.1 m/s; a quarter of the period
         np.testing.assert_allclose(inputs[1], rest + [*gyro, 0.1, 0, 0, 0.2, 0.3, 3.2, 0.3, -1, 1, 1, -1, 0, 0], atol=1e-6)
 
+    def test_integrated_yaw_stays_within_half_a_turn(self):
+        policy = network_walker.Policy(self.write(PAGE.split('stacked')[0] + 'observations: {base_euler: {}}'))
+        numbers = np.zeros(network_walker.STATE_NUMBERS)
+        numbers[17], numbers[23] = 4, 1  # rad/s; upright
+        yaws = [policy.observe(numbers, np.zeros(2), np.zeros(2), np.eye(3))[2] for _ in range(50)]
+        np.testing.assert_allclose([yaws[38], yaws[39], yaws[49]], [3.12, 3.2 - 2 * np.pi, 4 - 2 * np.pi])
+
     def test_layers_compute_like_torch(self):
         for gates, activation, expected in ((4, 'Elu', [-0.5320223790, -0.1518338052]), (3, 'Elu', [-0.5964973203, -0.3505637169]),
                                             (0, 'Tanh', [-0.7615941560, 0.9640275801]), (0, 'Relu', [0, 2]), (0, 'Elu', [-0.6321205588, 2])):

@@ -298,7 +298,7 @@ class Policy:
         wanted = np.clip(numbers[0:3], *self.ranges)
         self.command = self.command + np.clip(wanted - self.command, -self.rate * self.step_dt, self.rate * self.step_dt)
         up, gyro = numbers[21:24], R_BG @ numbers[15:18]
-        self.yaw += self.step_dt * (up @ gyro)
+        self.yaw = np.angle(np.exp(1j * (self.yaw + self.step_dt * (up @ gyro))))  # within π
         known = {'base_lin_vel': numbers[36:39], 'base_ang_vel': gyro, 'projected_gravity': -up,
                  'base_euler': [np.arctan2(up[1], up[2]), np.arcsin(np.clip(-up[0], -1, 1)), self.yaw],
                  'velocity_commands': self.command, 'joint_pos_rel': (q - self.start)[self.moved], 'joint_vel_rel': dq[self.moved],

@@ -452,11 +452,14 @@ TEST_F(FirstRobotFile, OpticalFramesAndCamerasOfMuJoCoLookAhead) {
   constexpr const char* kChest = "<geom type='box' size='0.1 0.2 0.2'/>";
   for (const char* camera : {"<body name='camera_link' pos='0.1 0 0.2' xyaxes='0 -1 0 0 0 -1'/>",
                              "<camera name='oak' pos='0.1 0 0.2' xyaxes='0 -1 0 0 0 1'/>",
+                             "<body name='camera_link' pos='0.1 0 0.2' euler='0 90 0'/>",  // z ahead
                              "<body name='zed' pos='-0.1 0 0.2' euler='0 0 180'/>"
                              "<body name='camera_link' pos='0.1 0 0.2'/>"}) {
     write(std::regex_replace(given("robot.xml"), std::regex(kChest), std::string(kChest) + camera));
     EXPECT_THAT(guess(), Has("head_camera: {link: chest, position_m: [0.1, 0, 0.2]}  # guess: as in"));
   }
+  EXPECT_THAT(guess_with("<body name='head'", "$& euler='0 60 0'"),
+              Has("tilt_deg: -60}  # guess: in front of"));
 }
 
 }  // namespace
