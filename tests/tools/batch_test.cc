@@ -83,6 +83,10 @@ TEST_F(BatchTest, SessionsHaveTheSameBytesHoweverTheyAreMade) {
               testing::ElementsAre("scenario.yaml"))
       << "it names the map from another folder";
 
+  ok("export one/seed-1 --format orbslam3 --out exported");
+  for (const char* session : {"", "/session-1", "/session-2"})
+    EXPECT_GT(fs::file_size(folder_ / "exported" / (std::string(".") + session) / "groundtruth.tum"), 500u);
+
   ended_when("[ -e killed/.seed-2.partial/session-1 ]", "KILL", run + "killed");
   EXPECT_FALSE(fs::exists(folder_ / "killed/seed-2"));
   const auto made = fs::last_write_time(folder_ / "killed/.seed-2.partial/session-1/score.json");

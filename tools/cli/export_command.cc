@@ -22,8 +22,8 @@ constexpr const char* kExportExamples = R"(Examples:
   gaitslam export results/tangent_circle/seed-1 --format euroc --out DIR
   gaitslam export results/tangent_circle/seed-1 --format orbslam3 --undistort
 The export contains the filter's input, including sensor errors. Its folder, RESULT/export/FORMAT by default, contains
-a README.md with the command line for the target program. Folders recorded by other programs (EuRoC/ASL) cannot be exported;
-gaitslam replay reads them.)";
+a README.md with the command line for the target program, and session-1, ... if the scenario has sessions. Folders
+recorded by other programs (EuRoC/ASL) cannot be exported; gaitslam replay reads them.)";
 
 struct ExportRequest : OutRequest {
   fs::path result;
@@ -42,13 +42,21 @@ int export_result(ExportRequest& request) {
   const scenario::Scenario scenario = scenario::read_scenario(request.result / "scenario.yaml").scenario;
   const OutFolder out(request, request.result / "export" / request.format, OutUse::result);
   require_separate(out.path(), request.result);
-  ProgressLine progress(fmt::format("export of {}", request.result.string()));
-  exports::export_run(
-      {request.result, scenario.name, scenario.seed, scenario.errors, true, request.undistort,
-       request.format == "mcap" ? view::robot_description(scenario, standard_models()) : nullptr,
-       [&](double part) { progress.show(part); },
-       [](const std::string& what) { std::cerr << "warning: " << what << '\n'; }},
-      request.format, out.path());
+  const auto export_to = [&](const fs::path& result, const scenario::Scenario& walked,
+                             const fs::path& folder) {
+    ProgressLine progress(fmt::format("export of {}", result.string()));
+    exports::export_run(
+        {result, walked.name, walked.seed, walked.errors, true, request.undistort,
+         request.format == "mcap" ? view::robot_description(walked, standard_models()) : nullptr,
+         [&](double part) { progress.show(part); },
+         [](const std::string& what) { std::cerr << "warning: " << what << '\n'; }},
+        request.format, folder);
+  };
+  export_to(request.result, scenario, out.path());
+  for (std::size_t i = 1; i <= scenario.sessions.size(); ++i) {
+    const fs::path name = fmt::format("session-{}", i), session = request.result / name;
+    export_to(session, scenario::read_scenario(session / "scenario.yaml").scenario, out.path() / name);
+  }
   std::cout << fmt::format("exported to {0}; see {0}/README.md for how to use it\n", out.path().string());
   return 0;
 }
