@@ -40,7 +40,7 @@ using EstimatorFailed = programs::ProgramFailed;
 /// `observed`, the observation's own, or lie between the last pose's stamp and the newest observation's.
 void require_valid(const Answer& answer, slam::Stamp observed, slam::Stamp last, slam::Stamp newest);
 
-/// What the earlier sessions of a robot left to this one.
+/// A session of a robot in the same place, with the map and the files of the previous sessions.
 struct Session {
   std::optional<slam::SavedMap> map = {};  ///< for the filter
   std::filesystem::path map_file = {};     ///< the same in a file; empty: none

@@ -25,8 +25,9 @@ WalkEnd read_walk_end(const fs::path& result_folder);
 enum class Recorded { left_out, copied };
 
 /// Replays `recording` and writes a complete result folder: the same bytes as a run of the scenario, except
-/// timing.* and, unless copied, recording/. sessions: results of the scenario's sessions; empty: they are
-/// beside the recording. Throws FileError if the recording was changed, or if `place` cannot be written.
+/// timing.* and, unless copied, recording/. sessions: results of the scenario's sessions; by default, the
+/// ones in the folder that contains the recording. Throws FileError if the recording was changed, or if
+/// `place` cannot be written.
 result::Outcome replay(const scenario::ReadScenario& scenario, const fs::path& recording, const WalkEnd& walk,
                        const result::ResultPlace& place, const result::Progress& progress,
                        Recorded recorded = Recorded::left_out, const std::vector<fs::path>& sessions = {});
