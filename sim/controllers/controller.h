@@ -22,6 +22,7 @@ struct Gains {
 struct JointCommands {
   walking::JointVector q, dq;
   std::optional<Gains> gains = {};  ///< absent: the robot's own servo gains, without added torques
+  bool moves = true;                ///< q moves at dq, and is its mean over the tick
 };
 
 /// Properties of the robot for an external controller, beyond walking::Robot.

@@ -152,7 +152,9 @@ typedef struct gaitslam_walk_answer {
 } gaitslam_walk_answer; /* 448 bytes */
 
 /* Command of a servo until the next answer: torque_nm + kp (q_rad - q) + kd (dq_rad_s - dq), at each step
- * of the physics and within the joint's effort limit. Angles beyond the joint's range are clipped. */
+ * of the physics and within the joint's effort limit. Angles beyond the joint's range are clipped. If the
+ * walking controller answers every 5 ms, the target moves at dq_rad_s, and q_rad is its mean over the tick.
+ */
 typedef struct gaitslam_joint_command {
   double q_rad, dq_rad_s, kp_nm_rad, kd_nms_rad, torque_nm;
 } gaitslam_joint_command; /* 40 bytes */

@@ -41,7 +41,8 @@ ProgramController::ProgramController(ProgramStart start)
       legs_(start_.robot, Eigen::Isometry3d::Identity(), walking::Floor::any),
       answer_(ready_.words.plan) {
   const auto joints = static_cast<Eigen::Index>(start_.robot.joints.size());
-  commands_ = {ready_.start, walking::JointVector::Zero(joints), Gains{}};
+  commands_ = {ready_.start, walking::JointVector::Zero(joints), Gains{},
+               ready_.period == nanoseconds(walking::kTick)};
   commands_.gains->torque = walking::JointVector::Zero(joints);
   commands_.gains->kp = commands_.gains->kd = commands_.gains->torque;
   for (Eigen::Index i = 0; i < joints; ++i) {

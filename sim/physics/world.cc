@@ -36,6 +36,7 @@ Friction friction(const mjData& d, const mjContact& contact, double sign) {
 }
 
 constexpr std::chrono::milliseconds kStep{1};
+constexpr double kStep_s = 1e-3;
 constexpr double kFallen = 0.694;                     // fraction of the waist's start height
 constexpr double kFallenTilt = std::numbers::pi / 4;  // angle of the waist's axis from the vertical
 
@@ -216,8 +217,12 @@ void World::place(const walking::JointVector& q, const Eigen::Isometry3d& X_WB) 
   base[2] -= soles_.lowest_pad(*model_, *data_);
 }
 
+// A servo's target moves at the desired velocity during the tick, around the command. If it were held, the
+// joints' velocities would have a ripple at exactly the rate of the IMU's readings.
 void World::command(const controllers::JointCommands& commands) {
-  const auto& [q, dq, gains] = commands;
+  const auto& [q, dq, gains, moves] = commands;
+  constexpr double kHalf_s = (walking::kPeriod - kStep_s) / 2;
+  target_velocity_ = moves ? dq : walking::JointVector::Zero(dq.size());
   for (int joint = 0; joint < model_->nu; ++joint) {
     double &kp = model_->actuator_gainprm[mjNGAIN * joint], &kd = model_->dof_damping[ids_.velocity[joint]];
     double& added = data_->qfrc_applied[ids_.velocity[joint]];
@@ -230,7 +235,8 @@ void World::command(const controllers::JointCommands& commands) {
     // MuJoCo's position servo is kp (ctrl − q), and its damping acts on the whole joint velocity, so the
     // command includes the term for the desired velocity.
     if (kp > 0)
-      data_->ctrl[joint] = q[joint] + offset_[joint] + kd / kp * dq[joint];
+      data_->ctrl[joint] =
+          q[joint] + offset_[joint] + kd / kp * dq[joint] - kHalf_s * target_velocity_[joint];
     else
       added += kd * dq[joint];
   }
@@ -292,6 +298,7 @@ const Status& World::step() {
   if (held_) place_held();
   soles_.apply_floor(*model_, *data_);
   mj_step1(model_.get(), data_.get());
+  Eigen::Map<Eigen::VectorXd>(data_->ctrl, model_->nu) += kStep_s * target_velocity_;
   time_ += kStep;
   status_ = check();
   if (status_.condition == Condition::ok && room_ && time_ >= next_look_) look_around();

@@ -97,6 +97,32 @@ void bend(World& world, std::initializer_list<std::pair<int, double>> joints) {
   world.command({q, walking::JointVector::Zero(q.size())});
 }
 
+// Turns the chest steadily. Its velocity ripples within a tick if the target of its servo is held.
+TEST(World, JointsMoveSteadilyWithinATick) {
+  constexpr int kChest = 12;
+  constexpr double kRate = 0.4;  // rad/s
+  const auto ripple = [](bool moves) {
+    World world = standing();
+    walking::JointVector q = half_sitting(), dq = walking::JointVector::Zero(q.size());
+    dq[kChest] = kRate;
+    for (int tick = 0; tick < 40; ++tick) {
+      q[kChest] += kRate * walking::kPeriod;
+      world.command({q, dq, {}, moves});
+      if (tick < 39) run(world, 5);
+    }
+    double lowest = 10, highest = 0, mean = 0;
+    for (int ms = 0; ms < 5; ++ms) {
+      run(world, 1);
+      const double velocity = world.velocities()[kChest];
+      lowest = std::min(lowest, velocity), highest = std::max(highest, velocity), mean += velocity / 5;
+    }
+    EXPECT_NEAR(mean, kRate, 0.002);
+    return (highest - lowest) / kRate;
+  };
+  EXPECT_LT(ripple(true), 0.01);
+  EXPECT_GT(ripple(false), 0.05);
+}
+
 TEST(World, EncodersTellWhereCameraAndImuAreWhileChestAndHeadMove) {
   World world = standing();
   bend(world, {{12, 0.1}, {15, 0.2}});
