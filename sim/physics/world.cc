@@ -152,6 +152,7 @@ World::World(const WorldOptions& options, const PlantVariation& draw, const walk
   if (options.room != kPhysicalRoom) room_.emplace(copy_of(models.in_room));
   find_ids();
   apply(draw);
+  desired_velocity_ = walking::JointVector::Zero(q.size());
   place(draw.posture_rad.size() ? q + draw.posture_rad : q, X_WB);
   command({q, walking::JointVector::Zero(q.size())});
   mj_forward(model_.get(), data_.get());
@@ -217,12 +218,14 @@ void World::place(const walking::JointVector& q, const Eigen::Isometry3d& X_WB) 
   base[2] -= soles_.lowest_pad(*model_, *data_);
 }
 
-// A servo's target moves at the desired velocity during the tick, around the command. If it were held, the
-// joints' velocities would have a ripple at exactly the rate of the IMU's readings.
+// A servo's target moves around the command during the tick, at the mean desired velocity of the last two
+// ticks. If it were held, the joints' velocities would have a ripple at exactly the rate of the IMU's
+// readings; at the last desired velocity alone, feedback at half that rate makes a robot on bushes chatter.
 void World::command(const controllers::JointCommands& commands) {
   const auto& [q, dq, gains, moves] = commands;
   constexpr double kHalf_s = (walking::kPeriod - kStep_s) / 2;
-  target_velocity_ = moves ? dq : walking::JointVector::Zero(dq.size());
+  const walking::JointVector desired = moves ? dq : walking::JointVector::Zero(dq.size());
+  target_velocity_ = (std::exchange(desired_velocity_, desired) + desired) / 2;
   for (int joint = 0; joint < model_->nu; ++joint) {
     double &kp = model_->actuator_gainprm[mjNGAIN * joint], &kd = model_->dof_damping[ids_.velocity[joint]];
     double& added = data_->qfrc_applied[ids_.velocity[joint]];

@@ -253,9 +253,9 @@ class World {
   std::chrono::nanoseconds next_look_{0};  // nothing can touch the room before this time
   std::vector<Push> pushes_;
   double floor_friction_;
-  walking::JointVector offset_;           // true angle minus the encoder's
-  Eigen::VectorXd servo_scale_;           // factor of each servo's gain; empty: 1
-  walking::JointVector target_velocity_;  // of the servos, rad/s
+  walking::JointVector offset_;                              // true angle minus the encoder's
+  Eigen::VectorXd servo_scale_;                              // factor of each servo's gain; empty: 1
+  walking::JointVector desired_velocity_, target_velocity_;  // rad/s, the last one and that of the target
   std::optional<Eigen::Isometry3d> held_;
   std::chrono::nanoseconds time_{0};
   Status status_;

@@ -390,6 +390,16 @@ World standing_g1() {
                   Eigen::Isometry3d(Eigen::Translation3d(0, 0, g1().robot.base_height)));
 }
 
+// The stabilizer's feedback must not excite HRP-2's legs on their rubber bushes.
+TEST(Walk, ARobotThatStandsIsAtRest) {
+  WalkingRobot robot(walking::PatternGenerator(on_floor().robot, walk_of({walking::Stand{1}})), {}, {},
+                     on_friction(0.7), on_floor());
+  while (robot.walks()) robot.tick();
+  const walking::JointVector torques = robot.world().torques();
+  robot.tick();
+  EXPECT_LT((robot.world().torques() - torques).cwiseAbs().maxCoeff(), 0.5) << "N m in 5 ms";
+}
+
 /// Six steps with a push of 35 N for 0.2 s on one foot; the options are the robot's own.
 Walked six_steps(const std::function<void(scenario::Scenario&)>& change = {}) {
   scenario::Scenario scenario =
