@@ -9,11 +9,10 @@
 namespace sim::live {
 namespace {
 
-constexpr double kLasting_s = 3;  // as slam.height.lasting_s
-constexpr double kLeastSpeed_m_s =
-    0.04;  // slower walks, such as turns, and slower sway do not show relative errors
-constexpr double kReading_m = 1e-4;    // as errors.leg_odometry.sigma_m
-constexpr double kLeastStart = 0.001;  // of the start
+constexpr double kLasting_s = 3;          // as slam.height.lasting_s
+constexpr double kLeastSpeed_m_s = 0.04;  // slower walks, such as turns, do not show relative errors
+constexpr double kReading_m = 1e-4;       // as errors.leg_odometry.sigma_m
+constexpr double kLeastStart = 0.001;     // of the start
 constexpr double kLeastVelocity_m_s = 0.003, kLeastRelative = 0.003;
 
 }  // namespace
@@ -35,11 +34,8 @@ void LegNoises::add(const Eigen::Isometry3d& X_OC, const Eigen::Isometry3d& X_WC
   };
   if (std::exchange(started_, true)) {
     const Eigen::Vector3d by_legs = velocity(X_OC_, X_OC);
-    frames_.push_back({by_legs,
-                       by_legs - velocity(X_WC_, X_WC),
-                       X_OC.translation().z() - X_WC.translation().z(),
-                       dt_s,
-                       {}});
+    frames_.push_back(
+        {by_legs, by_legs - velocity(X_WC_, X_WC), X_OC.translation().z() - X_WC.translation().z(), dt_s});
   }
   X_OC_ = X_OC, X_WC_ = X_WC;
 }
@@ -62,19 +58,8 @@ void LegNoises::end(double stride_s) {
   stride = squares > least ? Eigen::Vector2d(stride / squares) : Eigen::Vector2d::Zero();
   if (squares > least) stride_.add(stride.x()), stride_.add(stride.y());
 
-  Eigen::Array3d sway = Eigen::Array3d::Zero(), sway_squares = sway;
-  for (std::size_t i = 0; i < frames_.size(); ++i) {
-    Frame& f = frames_[i];
-    f.error -= stride.x() * along(steadies[i]) + stride.y() * across(steadies[i]);
-    f.sway = f.by_legs - f.error - steadies[i];
-    sway += f.sway * f.error.array();
-    sway_squares += f.sway.square();
-  }
-  for (const int axis : {0, 2}) {
-    sway[axis] = sway_squares[axis] > least ? sway[axis] / sway_squares[axis] : 0;
-    if (sway_squares[axis] > least) sway_.add(sway[axis]);
-  }
-  sway[1] = 0;
+  for (std::size_t i = 0; i < frames_.size(); ++i)
+    frames_[i].error -= stride.x() * along(steadies[i]) + stride.y() * across(steadies[i]);
 
   // The covariance of the errors of successive frames separates errors that last (sway, positive) from white
   // errors of the position (negative) and white errors of the velocity (none). Errors of the position within
@@ -82,10 +67,9 @@ void LegNoises::end(double stride_s) {
   Eigen::Vector3d last = Eigen::Vector3d::Zero(), position = last, steady_position = last, sum = last;
   double height = frames_.empty() ? 0 : frames_[0].height_error_m, count = 0;
   for (const Frame& f : frames_) {
-    const Eigen::Vector3d error = f.error - (sway * f.sway).matrix();
-    velocity_m_s_.add(error);
-    sway_m_s_.squares += error.dot(std::exchange(last, error)), sway_m_s_.count += 3;
-    position += f.dt_s * error;
+    velocity_m_s_.add(f.error);
+    sway_m_s_.squares += f.error.dot(std::exchange(last, f.error)), sway_m_s_.count += 3;
+    position += f.dt_s * f.error;
     steady_position = position + std::exp(-f.dt_s / stride_s) * (steady_position - position);
     sum += position - steady_position;
     if (++count * f.dt_s >= stride_s / 4) {
@@ -105,7 +89,7 @@ void LegNoises::add(const LegNoises& other) {
     start_m_[axis].add(other.start_m_[axis]), start_rad_[axis].add(other.start_rad_[axis]);
   for (Errors LegNoises::*const errors :
        {&LegNoises::height_m_, &LegNoises::lasting_m_, &LegNoises::position_m_, &LegNoises::velocity_m_s_,
-        &LegNoises::stride_, &LegNoises::sway_m_s_, &LegNoises::sway_})
+        &LegNoises::stride_, &LegNoises::sway_m_s_})
     (this->*errors).add(other.*errors);
 }
 
@@ -120,11 +104,11 @@ std::string LegNoises::yaml() const {
       "  start: {{sigma_position_m: {:.2g}, sigma_orientation_rad: {:.2g}}}\n"
       "  height: {{sigma_m: {:.2g}, sigma_lasting_m: {:.2g}}}\n"
       "  leg_odometry: {{sigma_position_m: {:.2g}, sigma_m_s: {:.2g}, sigma_stride: {:.2g}, "
-      "sigma_sway_m_s: {:.2g}, sigma_sway_scale: {:.2g}}}\n",
+      "sigma_sway_m_s: {:.2g}, sigma_sway_scale: 0}}\n",
       start(start_m_), start(start_rad_), std::hypot(kReading_m, height_m_.rms()),
       std::hypot(kReading_m, lasting_m_.rms()), std::hypot(kReading_m, position_m_.rms()),
       std::max(kLeastVelocity_m_s, white.rms()), std::max(kLeastRelative, stride_.rms()),
-      std::max(kLeastVelocity_m_s, sway_m_s_.rms()), std::max(kLeastRelative, sway_.rms()));
+      std::max(kLeastVelocity_m_s, sway_m_s_.rms()));
 }
 
 }  // namespace sim::live

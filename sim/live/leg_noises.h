@@ -15,7 +15,7 @@ class LegNoises {
   void start(const Eigen::Isometry3d& X_WC_known, const Eigen::Isometry3d& X_WC);
   /// A frame of the walk, dt_s after the previous one. X_OC: by leg odometry.
   void add(const Eigen::Isometry3d& X_OC, const Eigen::Isometry3d& X_WC, double dt_s);
-  /// The walk's end. Fits the constant errors of stride and sway to it. stride_s: the duration of two steps.
+  /// The walk's end. Fits the constant error of the stride to it. stride_s: the duration of two steps.
   void end(double stride_s);
   void add(const LegNoises& other);
   /// Returns the scenario's key slam with the noises, as in robot.yaml.
@@ -32,11 +32,10 @@ class LegNoises {
   struct Frame {
     Eigen::Vector3d by_legs, error;  // velocity of the camera along its axes
     double height_error_m, dt_s;
-    Eigen::Array3d sway;  // the true one
   };
 
   std::array<Errors, 3> start_m_, start_rad_;  // by axis
-  Errors height_m_, lasting_m_, position_m_, velocity_m_s_, stride_, sway_m_s_, sway_;
+  Errors height_m_, lasting_m_, position_m_, velocity_m_s_, stride_, sway_m_s_;
   Eigen::Isometry3d X_OC_, X_WC_;  // of the last frame
   std::vector<Frame> frames_;      // of the present walk
   bool started_ = false;
