@@ -22,8 +22,9 @@ constexpr double kLegDoubt_s = 0.5;
 constexpr double kLegRate_rad_s = 0.05;
 constexpr double kStumbled_m = 0.1;  // standard deviation of the legs' height during a stumble
 // Standard deviation of the legs' vertical velocity on a floor that is not level. Its errors add up from step
-// to step, as the lasting error of the height does: soles sink in as they land, by up to 5 mm/s on average.
-constexpr double kVertical_m_s = 0.03;
+// to step, as the lasting error of the height does: without a plan, soles sink in as they land, by up to 5
+// mm/s on average.
+constexpr double kVertical_m_s = 0.03, kPlannedVertical_m_s = 0.01;
 // At least the standard deviation of the legs' velocity on such a floor: a center of pressure moves as the
 // sole rolls over edges and bumps.
 constexpr double kUneven_m_s = 0.01;
@@ -69,7 +70,8 @@ OptionalMeasurement leg_velocity(const Inputs& in) {
   Measurement m = measure_velocity(in.x, legs, in.options.plan_velocity, kLegScale);
   m.R *= in.leg_doubt;
   const Eigen::Vector3d up_C = rotation_matrix(in.x.segment<4>(kOrientation)).row(2);
-  if (!in.level) m.R += kVertical_m_s * kVertical_m_s * up_C * up_C.transpose();
+  const double vertical = in.planned->plan ? kPlannedVertical_m_s : kVertical_m_s;
+  if (!in.level) m.R += vertical * vertical * up_C * up_C.transpose();
   if (!in.planned->steady) m.sensitivity.setZero();
   return m;
 }

@@ -221,18 +221,20 @@ TEST(InternalMeasurements, WithoutTheGyroTheLegsMeasureTheRotation) {
 }
 
 TEST(InternalMeasurements, OnAFloorThatIsNotLevelTheVelocityByTheLegsCountsLessTheVerticalOneLeast) {
-  Eigen::Array3d sigma[2];
-  for (const bool level : {false, true}) {
+  const auto sigma = [](bool level, bool has_plan) {
     Walking walk({}, 60, level);
     for (int k = 60; k < 65; ++k) {
       Observation o = walk.recording.observation(k);
       o.legs = LegMotion{o.plan->X_PC, o.plan->p_CF};
+      if (!has_plan) o.plan.reset();
       o.accelerometer.clear();
       walk.step(o);
     }
-    sigma[level] = walk.kalman.state().P().diagonal().segment<3>(kVelocity).array().sqrt();
-  }
-  EXPECT_TRUE((sigma[0] > Eigen::Array3d(1.2, 1.2, 2) * sigma[1]).all()) << (sigma[0] / sigma[1]).transpose();
+    return Eigen::Array3d(walk.kalman.state().P().diagonal().segment<3>(kVelocity).array().sqrt());
+  };
+  const Eigen::Array3d level = sigma(true, true), slope = sigma(false, true), no_plan = sigma(false, false);
+  EXPECT_TRUE((slope > Eigen::Array3d(1.2, 1.2, 1.3) * level).all()) << (slope / level).transpose();
+  EXPECT_GT(no_plan.z(), 1.3 * slope.z());
 }
 
 /// The scale of a plan, found in a walk of 7 s with leg odometry, a step every 0.8 s, and the speed at its
