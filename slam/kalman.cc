@@ -82,13 +82,14 @@ void Kalman::predict(const RobotVector& f, const RobotMatrix& F, const RobotMatr
 
 void Kalman::constrain(Measurement& m) const {
   if (!observability_constrained_) return;
-  RobotVector n = state_.storage_null.head<kRobot>();
+  Eigen::Matrix<double, kRate, 1> n = state_.storage_null.head<kRate>();  // the others are zero
+  auto H_robot = m.H_robot.leftCols<kRate>();
   const int count = static_cast<int>(m.H_landmark.cols());
   Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 6, 1> n_landmark =
       state_.storage_null.segment(m.landmark_at, count);
-  Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 3, 1> turned = m.H_robot * n;
+  Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 3, 1> turned = H_robot.lazyProduct(n);
   if (count > 0) {
-    turned += m.H_landmark * n_landmark;
+    turned += m.H_landmark.lazyProduct(n_landmark);
     const Eigen::Vector3d middle = (n.head<3>() + n_landmark.head<3>()) / 2;
     n.head<3>() -= middle;  // keeps the translations in the null space of H
     n_landmark.head<3>() -= middle;
@@ -96,7 +97,7 @@ void Kalman::constrain(Measurement& m) const {
     n.head<3>().setZero();
   }
   const double length = n.squaredNorm() + n_landmark.squaredNorm();
-  m.H_robot -= turned * n.transpose() / length;
+  H_robot -= turned * n.transpose() / length;
   if (count > 0) m.H_landmark -= turned * n_landmark.transpose() / length;
 }
 

@@ -16,24 +16,25 @@ namespace {
 
 constexpr int kSpareRows = 32;
 
+/// Adds the part above the landmark's Count parameters.
+template <int Count>
+void add_above(const Eigen::MatrixXd& P, const Measurement& m, Eigen::Ref<Eigen::MatrixXd> PHt) {
+  for (int row = 0; row < m.rows; ++row) {
+    const Eigen::Matrix<double, Count, 1> h = m.H_landmark.row(row);
+    for (int i = 0; i < m.landmark_at; ++i) PHt(i, row) += h.dot(P.block<Count, 1>(m.landmark_at, i));
+  }
+}
+
 /// Adds the landmark's columns of P, times its H, to PHᵀ. Only the lower triangle of P is read.
 void add_landmark_part(const State& state, const Measurement& m, Eigen::Ref<Eigen::MatrixXd> PHt) {
   const auto& P = state.storage_P;
   const int at = m.landmark_at, count = static_cast<int>(m.H_landmark.cols());
   if (count == 0) return;
   const int below = state.size - at - count;
-  const auto add_above = [&](const auto& columns) {  // columns of a fixed number of rows
-    for (int row = 0; row < m.rows; ++row)
-      for (int i = 0; i < at; ++i) {
-        double sum = columns(0, i) * m.H_landmark(row, 0);
-        for (Eigen::Index k = 1; k < columns.rows(); ++k) sum += columns(k, i) * m.H_landmark(row, k);
-        PHt(i, row) += sum;
-      }
-  };
   if (count == 3)
-    add_above(P.middleRows<3>(at));
+    add_above<3>(P, m, PHt);
   else
-    add_above(P.middleRows(at, count));
+    add_above<6>(P, m, PHt);
   const Measurement::Small<6, 3> own =
       P.block(at, at, count, count).selfadjointView<Eigen::Lower>() * m.H_landmark.transpose();
   PHt.middleRows(at, count) += own;
@@ -67,6 +68,17 @@ void add_bias_part(const State& state, const Measurement& m, Measurement::Small<
   S += m.bias_gain * m.bias_gain * state.marginal<2>(m.bias_at);
 }
 
+/// Adds to S the contribution of the robot's first Count parameters; H of the others is zero.
+template <int Count>
+void add_robot_part(const State& state, const Measurement& m, Measurement::Small<3, 3>& S) {
+  const Eigen::Matrix<double, Count, Count> P = state.marginal<Count>(0);
+  Eigen::Matrix<double, Count, 3> PHt = Eigen::Matrix<double, Count, 3>::Zero();
+  for (int row = 0; row < m.rows; ++row)
+    for (int k = 0; k < Count; ++k)
+      if (m.H_robot(row, k) != 0) PHt.col(row) += m.H_robot(row, k) * P.col(k);
+  S += m.H_robot.leftCols<Count>().lazyProduct(PHt.leftCols(m.rows));
+}
+
 /// The derivative of the innovation with respect to the systematic errors, which act on the measurement and,
 /// through all earlier ones, on the state.
 Eigen::Matrix<double, Eigen::Dynamic, kSystematicErrors, 0, 3, kSystematicErrors> innovation_sensitivity(
@@ -98,22 +110,22 @@ bool factorize(Eigen::Ref<Eigen::MatrixXd> A) {
 
 Measurement::Small<3, 3> innovation_covariance(const State& state, const Measurement& m) {
   const auto& P = state.storage_P;
-  const int robot = m.robot_columns;
-  const auto H_robot = m.H_robot.leftCols(robot);
-  const Measurement::Small<3, kRobot> HP_robot =
-      H_robot * P.topLeftCorner(robot, robot).selfadjointView<Eigen::Lower>();
   Measurement::Small<3, 3> S = m.R;
-  S.noalias() += HP_robot * H_robot.transpose();
+  if (m.robot_columns == kRate)
+    add_robot_part<kRate>(state, m, S);
+  else
+    add_robot_part<kRobot>(state, m, S);
   add_bias_part(state, m, S);
   const int count = static_cast<int>(m.H_landmark.cols());
   if (count == 0) return S;
-  const Measurement::Small<3, 6> cross = H_robot * P.block(m.landmark_at, 0, count, robot).transpose();
-  const Measurement::Small<3, 3> both = cross * m.H_landmark.transpose();
-  const Measurement::Small<3, 6> own =
-      m.H_landmark * P.block(m.landmark_at, m.landmark_at, count, count).selfadjointView<Eigen::Lower>();
-  S += both + both.transpose();
-  S.noalias() += own * m.H_landmark.transpose();
-  return S;
+  const ParameterJacobian own =
+      P.block(m.landmark_at, m.landmark_at, count, count).selfadjointView<Eigen::Lower>();
+  const Measurement::Small<3, 6> HP_own = m.H_landmark.lazyProduct(own);
+  const Measurement::Small<3, 6> cross =
+      m.H_robot.leftCols(m.robot_columns)
+          .lazyProduct(P.block(m.landmark_at, 0, count, m.robot_columns).transpose());
+  const Measurement::Small<3, 3> both = (cross + cross + HP_own).lazyProduct(m.H_landmark.transpose());
+  return S + (both + both.transpose()) / 2;
 }
 
 Nis normalized_innovation_squared(const State& state, const Measurement& m,

@@ -113,7 +113,9 @@ void predict_view(const Kalman& kalman, const std::vector<Landmark>& landmarks, 
 
 void keep_most_informative(std::vector<Candidate>& candidates, std::size_t count) {
   if (candidates.size() <= count) return;
-  std::sort(candidates.begin(), candidates.end(), more_informative);
+  for (auto next = candidates.begin(); next != candidates.begin() + static_cast<std::ptrdiff_t>(count);
+       ++next)
+    std::iter_swap(next, std::min_element(next, candidates.end(), more_informative));
   candidates.resize(count, candidates.front());
 }
 
@@ -210,8 +212,9 @@ std::optional<Corner> strongest_corner(const cv::Mat& image, const cv::Rect& reg
       window.add(sums[static_cast<std::size_t>(i)], 1);
       if (i >= kPatchSide) window.add(sums[static_cast<std::size_t>(i - kPatchSide)], -1);
       if (i < kPatchSide - 1) continue;
-      const double strength = smaller_eigenvalue(window);
-      if (strength > threshold && (!best || strength > best->strength))
+      const double least = best ? best->strength : threshold;
+      if (std::min(window.xx, window.yy) <= 4 * least) continue;  // a bound on the eigenvalue
+      if (const double strength = smaller_eigenvalue(window); strength > least)
         best = Corner{{left + i - kPatchHalf, row}, strength};
     }
     add_row(row - kPatchHalf, -1);

@@ -15,14 +15,21 @@ constexpr double kConverged = 0.01;    // px
 constexpr double kLargestShift = 1.5;  // px
 
 using Gray = Eigen::Matrix<float, Template::kPixels, 1>;
+constexpr int kTogether = 16;  // neighboring places computed at once
+using Lane = Eigen::Array<float, kTogether, 1>;
+using Places = Eigen::Array<double, kTogether, 1>;
 
-/// Bilinear interpolation of a source patch at an offset from its center.
-float sample(const SourcePatch& patch, double x, double y) {
-  const double u = x + kSourceHalf, v = y + kSourceHalf;
-  const int column = static_cast<int>(u), row = static_cast<int>(v);
-  const auto a = static_cast<float>(u - column), b = static_cast<float>(v - row);
-  const float* g = &patch.gray[static_cast<std::size_t>(row * kSourceSide + column)];
-  return (1 - b) * ((1 - a) * g[0] + a * g[1]) + b * ((1 - a) * g[kSourceSide] + a * g[kSourceSide + 1]);
+/// Bilinear interpolation of a source patch at the first `count` of these columns u and rows v.
+Lane sample(const SourcePatch& patch, const Places& u, const Places& v, int count) {
+  const Places column = u.floor(), row = v.floor();
+  const Lane a = (u - column).cast<float>(), b = (v - row).cast<float>();
+  Lane g00 = Lane::Zero(), g10 = g00, g01 = g00, g11 = g00;
+  const Eigen::Array<int, kTogether, 1> places = (row * kSourceSide + column).cast<int>();
+  for (int i = 0; i < count; ++i) {
+    const float* g = patch.gray.data() + places(i);
+    g00(i) = g[0], g10(i) = g[1], g01(i) = g[kSourceSide], g11(i) = g[kSourceSide + 1];
+  }
+  return (1 - b) * ((1 - a) * g00 + a * g10) + b * ((1 - a) * g01 + a * g11);
 }
 
 /// The 11x11 gray values around a sub-pixel place inside the image, by bilinear interpolation.
@@ -31,14 +38,17 @@ Gray sample(const cv::Mat& image, const Eigen::Vector2d& center) {
   const int column = static_cast<int>(std::floor(left)), row = static_cast<int>(std::floor(top));
   const auto a = static_cast<float>(left - column), b = static_cast<float>(top - row);
   const float w00 = (1 - a) * (1 - b), w10 = a * (1 - b), w01 = (1 - a) * b, w11 = a * b;
-  Gray gray;
+  constexpr int kStride = kTogether + 1;
+  std::array<float, kStride*(kPatchSide + 1)> around{};
+  for (int j = 0; j <= kPatchSide; ++j)
+    std::copy_n(image.ptr<uchar>(row + j) + column, kPatchSide + 1, around.data() + j * kStride);
+  std::array<float, Template::kPixels + kTogether> gray;  // a row is computed with some places after it
   for (int j = 0; j < kPatchSide; ++j) {
-    const uchar* up = image.ptr<uchar>(row + j) + column;
-    const uchar* down = image.ptr<uchar>(row + j + 1) + column;
-    for (int i = 0; i < kPatchSide; ++i)
-      gray(j * kPatchSide + i) = w00 * up[i] + w10 * up[i + 1] + w01 * down[i] + w11 * down[i + 1];
+    const auto at = [&](int place) { return Eigen::Map<const Lane>(around.data() + j * kStride + place); };
+    Eigen::Map<Lane>(gray.data() + j * kPatchSide) =
+        w00 * at(0) + w10 * at(1) + w01 * at(kStride) + w11 * at(kStride + 1);
   }
-  return gray;
+  return Eigen::Map<const Gray>(gray.data());
 }
 
 /// Normalizes to zero mean and unit norm. Returns false if the patch is flat.
@@ -52,8 +62,6 @@ bool normalize(Gray& gray, float* length = nullptr) {
 }
 
 constexpr int kWidest = 2 * kLargestSearch + 1;
-constexpr int kTogether = 16;  // neighboring correlations computed at once
-using Lane = Eigen::Array<float, kTogether, 1>;
 
 /// The range of pixels to search, ends included.
 struct Box {
@@ -172,12 +180,13 @@ std::optional<Template> warp(const SourcePatch& patch, const Eigen::Matrix2d& A)
   const double reach = (kPatchHalf + 1) * A.cwiseAbs().rowwise().sum().maxCoeff();
   if (!(reach < kSourceHalf) || !(A.determinant() > 0.1)) return std::nullopt;
   constexpr int kSide = kPatchSide + 2;  // with a border of one pixel for the gradient
-  std::array<float, kSide * kSide> wide;
-  for (int j = 0; j < kSide; ++j)
-    for (int i = 0; i < kSide; ++i) {
-      const Eigen::Vector2d offset = A * Eigen::Vector2d(i - kPatchHalf - 1, j - kPatchHalf - 1);
-      wide[static_cast<std::size_t>(j * kSide + i)] = sample(patch, offset.x(), offset.y());
-    }
+  std::array<float, kSide * kSide + kTogether> wide;
+  const Places x = Places::LinSpaced(0, kTogether - 1) - (kPatchHalf + 1);
+  for (int j = 0; j < kSide; ++j) {
+    const Eigen::Vector2d left = A.col(1) * (j - kPatchHalf - 1) + Eigen::Vector2d::Constant(kSourceHalf);
+    Eigen::Map<Lane>(wide.data() + j * kSide) =
+        sample(patch, A(0, 0) * x + left.x(), A(1, 0) * x + left.y(), kSide);
+  }
   Template t;
   for (int j = 0; j < kPatchSide; ++j)
     for (int i = 0; i < kPatchSide; ++i) {
@@ -194,7 +203,11 @@ std::optional<Template> warp(const SourcePatch& patch, const Eigen::Matrix2d& A)
 
 std::optional<Match> refine(const cv::Mat& image, const Template& patch, const Eigen::Vector2d& start) {
   const double margin = kPatchHalf + 1;
-  const Eigen::Matrix2f information = patch.gradient.transpose() * patch.gradient;
+  const auto along_gradient = [&](const Gray& gray) {
+    return Eigen::Vector2f(patch.gradient.col(0).dot(gray), patch.gradient.col(1).dot(gray));
+  };
+  Eigen::Matrix2f information;
+  information << along_gradient(patch.gradient.col(0)), along_gradient(patch.gradient.col(1));
   const Eigen::Matrix2f inverse = information.inverse();
   if (!inverse.allFinite()) return std::nullopt;
   Match match{start, 0};
@@ -205,7 +218,7 @@ std::optional<Match> refine(const cv::Mat& image, const Template& patch, const E
     Gray gray = sample(image, match.pixel);
     if (!normalize(gray)) return std::nullopt;
     match.correlation = gray.dot(patch.gray);
-    const Eigen::Vector2f step = inverse * (patch.gradient.transpose() * (patch.gray - gray));
+    const Eigen::Vector2f step = inverse * along_gradient(patch.gray - gray);
     match.pixel += step.cast<double>();
     if (!((match.pixel - start).norm() < kLargestShift)) return std::nullopt;
     if (step.norm() < kConverged) break;

@@ -13,11 +13,10 @@ double mahalanobis_squared(const Eigen::Vector2d& nu, const Eigen::Matrix2d& S) 
   return S.llt().matrixL().solve(nu).squaredNorm();
 }
 
-/// νᵀS⁻¹ν of match j conditional on match i, whose S is S_i.
-double distance_given(const StackedMeasurement& matches, int i, const Eigen::LLT<Eigen::Matrix2d>& S_i,
-                      int j) {
+/// νᵀS⁻¹ν of match j conditional on match i, whose S has this inverse.
+double distance_given(const StackedMeasurement& matches, int i, const Eigen::Matrix2d& inverse, int j) {
   const Eigen::Matrix2d S_ji = matches.S().block<2, 2>(2 * j, 2 * i);
-  const Eigen::Matrix2d gain = S_i.solve(S_ji.transpose()).transpose();
+  const Eigen::Matrix2d gain = S_ji * inverse;
   const Eigen::Vector2d nu =
       matches.innovation().segment<2>(2 * j) - gain * matches.innovation().segment<2>(2 * i);
   const Eigen::Matrix2d S = matches.S().block<2, 2>(2 * j, 2 * j) - gain * S_ji.transpose();
@@ -28,12 +27,12 @@ double distance_given(const StackedMeasurement& matches, int i, const Eigen::LLT
 double find_supporters(const StackedMeasurement& matches, int i, double gate,
                        std::vector<std::size_t>& supporters) {
   supporters.clear();
-  const Eigen::LLT<Eigen::Matrix2d> S_i(matches.S().block<2, 2>(2 * i, 2 * i));
+  const Eigen::Matrix2d inverse = matches.S().block<2, 2>(2 * i, 2 * i).inverse();
   double sum = 0;
   for (int j = 0; j < static_cast<int>(matches.count()); ++j) {
     const double d = i == j ? mahalanobis_squared(matches.innovation().segment<2>(2 * i),
                                                   matches.S().block<2, 2>(2 * i, 2 * i))
-                            : distance_given(matches, i, S_i, j);
+                            : distance_given(matches, i, inverse, j);
     if (!(d < gate)) continue;
     supporters.push_back(static_cast<std::size_t>(j));
     sum += d;
