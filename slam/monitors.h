@@ -54,7 +54,7 @@ class TrackingMonitor {
   Health health() const { return health_; }
   /// Why the health is not ok.
   const std::optional<std::string>& cause() const { return cause_; }
-  /// True if matching failed in the last frame.
+  /// True if matching failed, and no landmark was found since.
   bool in_doubt() const { return in_doubt_; }
   /// True if tracking is lost because nothing was seen: the prediction and its covariance are still valid.
   bool is_blind() const { return health_ == Health::lost && blind_loss_; }
