@@ -122,7 +122,7 @@ bool TrackingMonitor::MovingMean::exceeds(const std::optional<double>& value, do
 
 void TrackingMonitor::judge(const TrackingStatistics& s) {
   const bool failed = matching_failed(s);
-  in_doubt_ = failed || (in_doubt_ && s.accepted == 0);
+  in_doubt_ = failed || (in_doubt_ && s.accepted < kLeastInDoubt);
   if (health_ != Health::ok) return;
   failing_s_ = std::max(0.0, failing_s_ + (failed ? s.dt_s : -s.dt_s));
   const bool vision = vision_.exceeds(s.vision_nis, kVisionBound);
@@ -158,7 +158,6 @@ void TrackingMonitor::refuse(Stamp interval, const std::string& why) {
 void TrackingMonitor::sees() {
   if (is_blind()) return relocalized();
   blind_ = Stamp(0);
-  in_doubt_ = false;
 }
 
 void TrackingMonitor::diverge(const std::string& cause) {

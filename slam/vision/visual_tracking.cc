@@ -11,7 +11,6 @@ constexpr double kLargestTurn_rad = 0.05;   // 1σ; beyond it an update is too f
 constexpr double kLargestShift_m = 0.1;     // 1σ; beyond it, a match near a prediction may be wrong
 // Time before matching fails during which landmarks may be initialized wrongly.
 constexpr double kDoubtful_s = 0.2;
-constexpr std::size_t kLeastInDoubt = 4;  // landmarks; few matches occur by chance
 
 // Standard deviations of a told start in a loaded map; poses within five of them agree with it.
 constexpr double kKnownTurn_rad = 0.03, kKnownShift_m = 0.03;
@@ -133,8 +132,8 @@ std::optional<std::string> VisualTracking::measure(const VisualInput& in,
     in.report.refused.add("a known landmark is not seen in the first image");
   report_initialized(before, in.report);
   const bool doubted = in.tracking.in_doubt();
-  const VisionResult& vision =
-      vision_.update(in.image, in.t, map_.landmarks(), in.kalman, uncertain, doubted ? kLeastInDoubt : 1);
+  const VisionResult& vision = vision_.update(in.image, in.t, map_.landmarks(), in.kalman, uncertain,
+                                              doubted && in.tracking.is_blind() ? kLeastInDoubt : 1);
   in.report.predicted = static_cast<int>(vision.visible.size());
   in.report.measured = vision.matches;
   if (!vision.inliers.empty()) {
@@ -159,21 +158,20 @@ std::optional<std::string> VisualTracking::measure(const VisualInput& in,
   const bool may_initialize = !failed && in.tracking.in_doubt() == doubted;
   const InitializationCount initialized = manage_map(in, vision, may_initialize);
   if (failed) return "almost no landmarks were found";
-  if (!vision.inliers.empty() || !in.report.lines.empty()) return std::nullopt;
-  if (in.tracking.in_doubt()) return try_new_landmarks(in);
-  if (!vision.searched.empty()) return "no landmark was found";
+  const bool passed = in.tracking.in_doubt() && try_new_landmarks(in);
+  if (passed || !vision.inliers.empty() || !in.report.lines.empty()) return std::nullopt;
+  if (in.tracking.in_doubt() || !vision.searched.empty()) return "no landmark was found";
   const bool dead_reckons = in.has_plan && map_.landmarks().empty();  // no map for the images to contradict
   if (initialized.wanted > 0 && initialized.added == 0 && !dead_reckons)
     return "the image has no corner for a landmark";
   return std::nullopt;
 }
 
-/// Keeps the landmarks initialized in doubt once they prove to be part of the room. Returns the reason if
-/// they did not.
-std::optional<std::string> VisualTracking::try_new_landmarks(const VisualInput& in) {
+/// Keeps the landmarks initialized in doubt once they prove to be part of the room; returns whether they did.
+bool VisualTracking::try_new_landmarks(const VisualInput& in) {
   const auto passed = vision_.passes_trial(in.image, in.t, map_.landmarks(), in.kalman);
   if (passed) map_.end_trial(*passed, in.kalman, in.report.deleted);
-  return passed.value_or(false) ? std::nullopt : std::optional<std::string>("no landmark was found");
+  return passed.value_or(false);
 }
 
 /// counts: see Map::record_search.

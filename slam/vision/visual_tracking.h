@@ -60,7 +60,7 @@ class VisualTracking {
   void track(const VisualInput& input);
   std::optional<std::string> measure(const VisualInput& input,
                                      const std::optional<RobotState>& uncertain = {});
-  std::optional<std::string> try_new_landmarks(const VisualInput& input);
+  bool try_new_landmarks(const VisualInput& input);
   void record_searches(const VisualInput& input, bool counts);
   void refine_landmarks(const VisualInput& input, const VisionResult& vision);
   InitializationCount manage_map(const VisualInput& input, const VisionResult& vision, bool may_initialize);
