@@ -53,7 +53,8 @@ const FrameReport& Filter::step(const Observation& o) {
       visual_.step({o.image, depth_image(o), o.t, interval, stands_still(o, planned, options_),
                     o.plan || o.legs, frames_, kalman_, tracking_, report_});  // section III-A
   monitor(o, interval, visual);
-  if (was_lost && visual_.map_use() != MapUse::searching) tracking_.remains_lost(interval);
+  const bool gives_up = !tracking_.is_blind() || !knows_pose(pose_estimate(kalman_.state(), o.t));
+  if (was_lost && gives_up && visual_.map_use() != MapUse::searching) tracking_.remains_lost(interval);
   if (now_) interval_ = interval;
   now_ = o.t;
   update_estimate(o.t);

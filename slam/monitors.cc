@@ -121,9 +121,10 @@ bool TrackingMonitor::MovingMean::exceeds(const std::optional<double>& value, do
 }
 
 void TrackingMonitor::judge(const TrackingStatistics& s) {
-  in_doubt_ = matching_failed(s);
+  const bool failed = matching_failed(s);
+  in_doubt_ = failed || (in_doubt_ && s.accepted < kLeastInDoubt);
   if (health_ != Health::ok) return;
-  failing_s_ = std::max(0.0, failing_s_ + (in_doubt_ ? s.dt_s : -s.dt_s));
+  failing_s_ = std::max(0.0, failing_s_ + (failed ? s.dt_s : -s.dt_s));
   const bool vision = vision_.exceeds(s.vision_nis, kVisionBound);
   const bool height = height_.exceeds(s.height_nis, kHeightBound);
   if (failing_s_ > options_.lost_after_s) return lose("almost no landmarks were found", true);

@@ -46,6 +46,9 @@ struct TrackingStatistics {
 /// a part of the image, the rest may be occluded, and this is false.
 bool matching_failed(const TrackingStatistics& statistics);
 
+/// Landmarks that must be found together after a failure, since few matches occur by chance.
+constexpr std::size_t kLeastInDoubt = 4;
+
 /// The health of the filter over time.
 class TrackingMonitor {
  public:
@@ -54,7 +57,7 @@ class TrackingMonitor {
   Health health() const { return health_; }
   /// Why the health is not ok.
   const std::optional<std::string>& cause() const { return cause_; }
-  /// True if matching failed in the last frame.
+  /// True if matching failed, and never as many as kLeastInDoubt landmarks were found since.
   bool in_doubt() const { return in_doubt_; }
   /// True if tracking is lost because nothing was seen: the prediction and its covariance are still valid.
   bool is_blind() const { return health_ == Health::lost && blind_loss_; }

@@ -254,7 +254,8 @@ struct Options {
     static void keys(auto&& key) {
       number<&Tracking::lost_after_s>(key, 1e-3, 1e6,
                                       "time without an image or a match after which tracking is lost");
-      number<&Tracking::give_up_s>(key, 1e-3, 1e6, "time after which a filter that lost track has diverged");
+      number<&Tracking::give_up_s>(key, 1e-3, 1e6,
+                                   "time after which a filter that lost track and its pose has diverged");
       number<&Tracking::plan_bound>(key, 1e-3, 1e9,
                                     "standard deviations beyond 2 % at which the plan's scale is suspect");
       number<&Tracking::lens_bound>(

@@ -97,6 +97,8 @@ struct Landmark {
   Eigen::Vector3d p_WC_missed = Eigen::Vector3d::Zero();  ///< camera position at the first of them, m
   Stamp last_search{0};                                   ///< time of its last search or its initialization
   Stamp last_visible{0};  ///< when it was last predicted to be visible, or initialized
+  bool on_trial =
+      false;  ///< perhaps on something that moves with the camera; not used until it moved as predicted
 
   int size() const {
     return std::visit([](const auto& k) { return std::decay_t<decltype(k)>::kSize; }, kind);

@@ -143,7 +143,7 @@ bool Map::make_room(Stamp t, Kalman& kalman, std::vector<int>& deleted) {
 
 InitializationCount Map::initialize(const cv::Mat& image, const DepthImage& depth, Stamp t,
                                     const std::vector<Eigen::Vector2d>& visible, Kalman& kalman,
-                                    std::vector<int>& deleted) {
+                                    std::vector<int>& deleted, bool on_trial) {
   const State& state = kalman.state();
   const int wanted = number_wanted(visible.size(), state);
   occupied_ = visible;
@@ -161,10 +161,19 @@ InitializationCount Map::initialize(const cv::Mat& image, const DepthImage& dept
     if (!make_room(t, kalman, deleted)) return {0, added};
     auto landmark = initialize_landmark(image, depth, t, *corner, camera_, options_, kalman);
     if (!landmark) continue;
+    landmark->on_trial = on_trial;
     add(std::move(*landmark));
     ++added;
   }
   return {wanted, added};
+}
+
+void Map::end_trial(bool passed, Kalman& kalman, std::vector<int>& deleted) {
+  for (std::size_t i = landmarks_.size(); i-- > 0;) {
+    if (!std::exchange(landmarks_[i].on_trial, false) || passed) continue;
+    deleted.push_back(landmarks_[i].id);
+    erase(i, kalman);
+  }
 }
 
 bool Map::initialize_known(const cv::Mat& image, Stamp t, Kalman& kalman) {
@@ -200,7 +209,7 @@ SavedMap Map::saved(const State& state) const {
   SavedMap map{session_, camera_.intrinsics(), {}, {}, {}};
   std::vector<int> indices;
   for (const Landmark& landmark : landmarks_) {
-    if (is_line(landmark)) continue;
+    if (is_line(landmark) || landmark.on_trial) continue;
     map.landmarks.push_back(landmark);
     map.landmarks.back().at = static_cast<int>(indices.size());
     for (int i = 0; i < landmark.size(); ++i) indices.push_back(landmark.at + i);

@@ -37,7 +37,9 @@ class Map {
   /// landmarks out of view, starting with the ones found least often, whose ids are appended to `deleted`.
   InitializationCount initialize(const cv::Mat& image, const DepthImage& depth, Stamp t,
                                  const std::vector<Eigen::Vector2d>& visible, Kalman& kalman,
-                                 std::vector<int>& deleted);
+                                 std::vector<int>& deleted, bool on_trial = false);
+  /// Keeps the landmarks on trial if they passed. Otherwise deletes them, and appends their ids to `deleted`.
+  void end_trial(bool passed, Kalman& kalman, std::vector<int>& deleted);
   /// Initializes the known landmarks in the first image. Returns false if one of them is not seen.
   bool initialize_known(const cv::Mat& image, Stamp t, Kalman& kalman);
   /// Adds the landmarks of earlier sessions to an empty map, inflated for the match errors of this session,

@@ -46,6 +46,7 @@ constexpr int kMostSearched_px = 400000;       // in a frame; bounds its cost
 constexpr double kGate = 9.21;                 // chi-square, 99 %, 2 rows
 constexpr std::size_t kLeastAtPrediction = 4;  // chance matches at predicted pixels are rare
 constexpr double kLeastShareRecognized = 0.5;  // fraction of the landmarks searched for
+constexpr double kMoved = 25;                  // chi-square; outside of the ellipse that is searched
 
 /// The area of the bounding box of the predicted pixels, as a fraction of the image's.
 double image_coverage(const std::vector<Candidate>& candidates, const CameraIntrinsics& camera) {
@@ -224,24 +225,31 @@ void Vision::place_bias(const std::vector<Landmark>& landmarks, int landmark, Me
 }
 
 /// before: only landmarks that were initialized before this time are searched for. most: their number.
+/// on_trial: searches for the landmarks on trial instead of the others.
 void Vision::search(const cv::Mat& image, Stamp t, const std::vector<Landmark>& landmarks,
-                    std::optional<Stamp> before, std::size_t most, Kalman& kalman) {
+                    std::optional<Stamp> before, std::size_t most, Kalman& kalman, bool on_trial) {
   predict_view(kalman, landmarks, camera_, options_.sigma_px, candidates_);
   for (Candidate& candidate : candidates_) {
     const double gain = options_.match_bias_sigma_px > 0 ? camera_.sigma(candidate.pixel, 1) : 0;
     predict_bias(biases_.at(landmarks[candidate.index].id), kalman.state(), gain, biases_.variance(),
                  candidate);
   }
+  result_.visible.clear();
+  result_.visible_indices.clear();
+  const auto add_visible = [&](const Candidate& candidate) {
+    result_.visible.push_back(candidate.pixel);
+    result_.visible_indices.push_back(candidate.index);
+  };
+  std::erase_if(candidates_, [&](const Candidate& candidate) {
+    const bool other = landmarks[candidate.index].on_trial != on_trial;
+    if (other) add_visible(candidate);
+    return other;
+  });
   result_.tested = std::min(candidates_.size(), most);
   result_.coverage = image_coverage(candidates_, camera_.intrinsics());
   retried_.clear();
   if (!before) set_aside(landmarks, t, kalman.state());
-  result_.visible.clear();
-  result_.visible_indices.clear();
-  for (const Candidate& candidate : candidates_) {
-    result_.visible.push_back(candidate.pixel);
-    result_.visible_indices.push_back(candidate.index);
-  }
+  std::ranges::for_each(candidates_, add_visible);
   biases_.keep_visible(result_.visible_indices, landmarks, kalman);
   if (before)
     keep_least_missed(landmarks, *before);
@@ -279,8 +287,8 @@ void Vision::stack_matches(const State& state) {
     scale_noise(stacked_.gated, matches_.measurements, options_.gate_sigma_px / options_.sigma_px);
 }
 
-/// uncertain: see update.
-void Vision::find_inliers(Kalman& kalman, const std::optional<RobotState>& uncertain) {
+/// uncertain, least: see update.
+void Vision::find_inliers(Kalman& kalman, const std::optional<RobotState>& uncertain, std::size_t least) {
   stack_matches(kalman.state());
   inliers_ = all_;
   if (options_.consensus && !all_.empty()) inliers_ = consensus_.largest(stacked_.gated, kGate);
@@ -289,6 +297,7 @@ void Vision::find_inliers(Kalman& kalman, const std::optional<RobotState>& uncer
     stack_matches(kalman.state());
     consensus_.prune(stacked_.gated, kGate, inliers_);
   }
+  if (inliers_.size() < least) inliers_.clear();
   for (const std::size_t match : inliers_) result_.searched[matches_.searched[match]].used = true;
 }
 
@@ -316,10 +325,29 @@ bool Vision::recognizes(const cv::Mat& image, Stamp t, const std::vector<Landmar
              kLeastShareRecognized * static_cast<double>(result_.searched.size());
 }
 
+std::optional<bool> Vision::passes_trial(const cv::Mat& image, Stamp t,
+                                         const std::vector<Landmark>& landmarks, Kalman& kalman) {
+  search(image, t, landmarks, std::nullopt, most_measured_, kalman, true);
+  find_inliers(kalman);
+  std::size_t moved = 0, found = 0;
+  for (std::size_t i = 0; i < result_.searched.size(); ++i) {
+    const Search& s = result_.searched[i];
+    if (mahalanobis_squared(s.pixel - landmarks[result_.searched_indices[i]].pixel_first, s.S) < kMoved)
+      continue;
+    ++moved;
+    if (s.used) ++found;
+  }
+  if (moved < kLeastAtPrediction) return std::nullopt;
+  return static_cast<double>(found) > kLeastShareRecognized * static_cast<double>(moved);
+}
+
 const VisionResult& Vision::update(const cv::Mat& image, Stamp t, const std::vector<Landmark>& landmarks,
-                                   Kalman& kalman, const std::optional<RobotState>& uncertain) {
-  search(image, t, landmarks, std::nullopt, uncertain ? landmarks.size() : most_measured_, kalman);
-  find_inliers(kalman, uncertain);
+                                   Kalman& kalman, const std::optional<RobotState>& uncertain,
+                                   std::size_t least) {
+  // In doubt, landmarks that failed are not set aside: they are seen again when a cover is removed.
+  search(image, t, landmarks, least > 1 ? std::optional(Stamp::max()) : std::nullopt,
+         uncertain ? landmarks.size() : most_measured_, kalman);
+  find_inliers(kalman, uncertain, least);
   result_.inliers.clear();
   result_.gate.reset();
   result_.update.reset();

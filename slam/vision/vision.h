@@ -87,10 +87,12 @@ class Vision {
     for (auto* list : {&whitened_.now, &whitened_.before}) list->reserve(most_measured_);
   }
   /// Searches for the landmarks and updates the state with the inliers. Valid until the next call.
+  /// least: number of inliers below which none is used.
   /// uncertain: the same robot with a larger covariance, to which it is reset after a search for all
   /// landmarks.
   const VisionResult& update(const cv::Mat& image, Stamp t, const std::vector<Landmark>& landmarks,
-                             Kalman& kalman, const std::optional<RobotState>& uncertain = {});
+                             Kalman& kalman, const std::optional<RobotState>& uncertain = {},
+                             std::size_t least = 1);
   /// The match biases. The caller predicts them along with the state and adds new landmarks to them.
   MatchBiases& biases() { return biases_; }
   const MatchBiases& biases() const { return biases_; }
@@ -98,6 +100,11 @@ class Vision {
   /// of them, and more than half of the landmarks searched for. Does not update the estimate.
   bool recognizes(const cv::Mat& image, Stamp t, const std::vector<Landmark>& landmarks, Stamp before,
                   Kalman& kalman);
+  /// True if most of the landmarks on trial are found at their predicted pixels, false if they are not.
+  /// Returns nothing until enough of these pixels differ from the first ones, as things that move with the
+  /// camera stay there.
+  std::optional<bool> passes_trial(const cv::Mat& image, Stamp t, const std::vector<Landmark>& landmarks,
+                                   Kalman& kalman);
   /// The result of the last search.
   const VisionResult& result() const { return result_; }
 
@@ -105,10 +112,10 @@ class Vision {
   void set_aside(const std::vector<Landmark>& landmarks, Stamp t, const State& state);
   void keep_least_missed(const std::vector<Landmark>& landmarks, Stamp before);
   void search(const cv::Mat& image, Stamp t, const std::vector<Landmark>& landmarks,
-              std::optional<Stamp> before, std::size_t most, Kalman& kalman);
+              std::optional<Stamp> before, std::size_t most, Kalman& kalman, bool on_trial = false);
   void place_bias(const std::vector<Landmark>& landmarks, int landmark, Measurement& m, Kalman& kalman);
   void stack_matches(const State& state);
-  void find_inliers(Kalman& kalman, const std::optional<RobotState>& uncertain = {});
+  void find_inliers(Kalman& kalman, const std::optional<RobotState>& uncertain = {}, std::size_t least = 1);
   void add_lagged();
 
   Options::Vision options_;

@@ -44,6 +44,8 @@ bool knows_place(const Estimate& pose) {
 
 }  // namespace
 
+bool knows_pose(const Estimate& pose) { return knows_turn(pose) && knows_place(pose); }
+
 Estimate pose_estimate(const State& state, Stamp t) {
   Eigen::Vector4d inverse = state.orientation();
   inverse.tail<3>() *= -1;
@@ -88,7 +90,7 @@ VisualResult VisualTracking::step(const VisualInput& in) {
 
 void VisualTracking::blind(const VisualInput& in, const std::string& why) {
   const Estimate pose = pose_estimate(in.kalman.state(), in.t);
-  in.tracking.blind(in.interval, why, knows_turn(pose) && knows_place(pose));
+  in.tracking.blind(in.interval, why, knows_pose(pose));
 }
 
 /// Measures the landmarks of the map in a usable image, and searches for the map if the filter is lost.
@@ -115,7 +117,9 @@ void VisualTracking::track(const VisualInput& in) {
   if (const auto unseen = measure(in)) {
     in.tracking.blind(in.interval, *unseen);
     if (was_blind) relocalize(in);
-  } else if (was_blind || !in.tracking.is_blind()) {
+  } else if (was_blind) {
+    recovered(in);
+  } else if (!in.tracking.is_blind()) {
     in.tracking.sees();
   }
 }
@@ -127,7 +131,9 @@ std::optional<std::string> VisualTracking::measure(const VisualInput& in,
   if (!map_.initialize_known(in.image, in.t, in.kalman))
     in.report.refused.add("a known landmark is not seen in the first image");
   report_initialized(before, in.report);
-  const VisionResult& vision = vision_.update(in.image, in.t, map_.landmarks(), in.kalman, uncertain);
+  const bool doubted = in.tracking.in_doubt();
+  const VisionResult& vision = vision_.update(in.image, in.t, map_.landmarks(), in.kalman, uncertain,
+                                              doubted && in.tracking.is_blind() ? kLeastInDoubt : 1);
   in.report.predicted = static_cast<int>(vision.visible.size());
   in.report.measured = vision.matches;
   if (!vision.inliers.empty()) {
@@ -147,15 +153,25 @@ std::optional<std::string> VisualTracking::measure(const VisualInput& in,
   record_searches(in, !failed);  // otherwise the image or the pose is wrong, not the landmarks
   for (const std::size_t index : vision.visible_indices) map_.record_visible(index, in.t);
   result_.deleted_young = map_.prune(in.kalman, in.report.deleted);
-  const InitializationCount initialized = manage_map(in, vision, !failed && !in.tracking.in_doubt());
   in.tracking.judge(*result_.statistics);
+  if (!in.tracking.in_doubt()) map_.end_trial(false, in.kalman, in.report.deleted);
+  const bool may_initialize = !failed && in.tracking.in_doubt() == doubted;
+  const InitializationCount initialized = manage_map(in, vision, may_initialize);
   if (failed) return "almost no landmarks were found";
-  if (!vision.inliers.empty() || !in.report.lines.empty()) return std::nullopt;
-  if (!vision.searched.empty()) return "no landmark was found";
+  const bool passed = in.tracking.in_doubt() && try_new_landmarks(in);
+  if (passed || !vision.inliers.empty() || !in.report.lines.empty()) return std::nullopt;
+  if (in.tracking.in_doubt() || !vision.searched.empty()) return "no landmark was found";
   const bool dead_reckons = in.has_plan && map_.landmarks().empty();  // no map for the images to contradict
   if (initialized.wanted > 0 && initialized.added == 0 && !dead_reckons)
     return "the image has no corner for a landmark";
   return std::nullopt;
+}
+
+/// Keeps the landmarks initialized in doubt once they prove to be part of the room; returns whether they did.
+bool VisualTracking::try_new_landmarks(const VisualInput& in) {
+  const auto passed = vision_.passes_trial(in.image, in.t, map_.landmarks(), in.kalman);
+  if (passed) map_.end_trial(*passed, in.kalman, in.report.deleted);
+  return passed.value_or(false);
 }
 
 /// counts: see Map::record_search.
@@ -181,7 +197,8 @@ InitializationCount VisualTracking::manage_map(const VisualInput& in, const Visi
   map_.search_lines(in.image, in.kalman, in.report.deleted, in.report.lines);
   InitializationCount initialized;
   if (may_initialize)
-    initialized = map_.initialize(in.image, in.depth, in.t, vision.visible, in.kalman, in.report.deleted);
+    initialized = map_.initialize(in.image, in.depth, in.t, vision.visible, in.kalman, in.report.deleted,
+                                  in.tracking.in_doubt());
   const std::size_t first = map_.landmarks().size() - static_cast<std::size_t>(initialized.added);
   for (std::size_t i = first; i < map_.landmarks().size(); ++i)
     vision_.biases().add(map_.landmarks()[i].id, true, in.kalman);
@@ -199,12 +216,15 @@ void VisualTracking::relocalize(const VisualInput& in) {
   const Estimate predicted = pose_estimate(in.kalman.state(), in.t);
   auto found =
       slam::relocalize(in.image, map_.landmarks(), in.kalman.state(), headings_.next(), camera_, sigma_px_);
-  if (!found || !knows_turn(*found) || !knows_place(*found)) return;
+  if (!found || !knows_pose(*found)) return;
   found->t = in.t;
   const Eigen::Matrix3d turn = found->X_WC.linear() * predicted.X_WC.linear().transpose();
   headings_.begin_with(std::atan2(turn(1, 0), turn(0, 0)));
   const bool in_loaded_map = map_use() == MapUse::searching;
+  // A pose that is known is mostly more accurate than the one found.
+  const bool known = in.tracking.is_blind() && knows_pose(predicted);
   if (!(in_loaded_map ? confirms(in, *found, predicted)
+        : known       ? confirmer_.moves_alike(*found, predicted, in.has_plan)
                       : confirmer_.confirms(*found, predicted, in.has_plan)))
     return;
   in.kalman.reset_robot(relocalized_state(*found, in.kalman.state()));

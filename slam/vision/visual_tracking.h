@@ -31,6 +31,8 @@ struct VisualResult {
 
 /// The pose part of the state; its covariance is symmetric to the last bit.
 Estimate pose_estimate(const State& state, Stamp t);
+/// True if the pose is certain enough to predict pixels with (0.05 rad and 0.1 m).
+bool knows_pose(const Estimate& pose);
 
 class VisualTracking {
  public:
@@ -58,6 +60,7 @@ class VisualTracking {
   void track(const VisualInput& input);
   std::optional<std::string> measure(const VisualInput& input,
                                      const std::optional<RobotState>& uncertain = {});
+  bool try_new_landmarks(const VisualInput& input);
   void record_searches(const VisualInput& input, bool counts);
   void refine_landmarks(const VisualInput& input, const VisionResult& vision);
   InitializationCount manage_map(const VisualInput& input, const VisionResult& vision, bool may_initialize);

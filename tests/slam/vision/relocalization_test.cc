@@ -264,6 +264,33 @@ TEST(Relocalization, AFilterThatKnowsItsPoseStartsLandmarksOnNewGroundBehindACov
   EXPECT_TRUE(lost);
 }
 
+TEST(Relocalization, LandmarksOnACoverAreNotUsedAndAFilterThatKnowsItsPoseDoesNotGiveUp) {
+  const synthetic::Recording turning = synthetic::recorded(5, 0.6, 15);
+  const synthetic::Walk& truth = turning.walk();
+  Options options;
+  options.tracking.lost_after_s = options.tracking.give_up_s = 0.5;
+  Filter filter(options, synthetic::calibration(), truth.X_WC(0), 1);
+  const int from = 20, to = 60;  // meanwhile, the robot turns by 115 degrees
+  int used = 0, mapped = 0;
+  for (int k = 0; k < 75; ++k) {
+    const bool covered = k >= from && k < to;
+    Observation o = turning.observation(k);
+    if (covered) o.image = cover(k);
+    const FrameReport& report = filter.step(o);
+    used += covered ? report.accepted : 0;
+    EXPECT_FALSE(report.relocalized) << k << " its pose is known";
+    EXPECT_EQ(report.health, k < from + 7 || k >= to + 6 ? Health::ok : report.health) << k;
+    EXPECT_TRUE(!covered || k < from + 8 || report.health == Health::lost) << k;
+    const Eigen::Isometry3d X_WC = truth.X_WC(seconds(truth.stamp(k)));
+    const Eigen::AngleAxisd turned(filter.estimate().X_WC.linear().transpose() * X_WC.linear());
+    EXPECT_LT(std::abs(turned.angle()), 0.02) << k;
+  }
+  for (const MapPoint& point : filter.map())
+    mapped += point.initialized >= truth.stamp(from) && point.initialized < truth.stamp(to) ? 1 : 0;
+  EXPECT_LE(used, 2);  // by chance
+  EXPECT_EQ(mapped, 0);
+}
+
 TEST(Relocalization, AFilterThatDoesNotRecognizeItsMapDiverges) {
   Options::Tracking tracking;
   tracking.lost_after_s = tracking.give_up_s = 0.3;
