@@ -217,13 +217,12 @@ void Kalman::replace(int at, int count, const Eigen::Ref<const Eigen::VectorXd>&
 void Kalman::predict_match_bias(int at, double decay, double variance) {
   if (smoother_) smoother_->change(at, decay * Eigen::Matrix2d::Identity());
   auto& P = state_.storage_P;
-  for (int i = at; i < at + 2; ++i) {
-    P.row(i).head(i) *= decay;
-    P.col(i).segment(i + 1, state_.size - i - 1) *= decay;
-    P(i, i) = decay * decay * P(i, i) + variance;
-    state_.storage_x(i) *= decay;
-    state_.storage_sensitivity.row(i) *= decay;
-  }
+  P.block(at, 0, 2, at) *= decay;
+  P.block(at + 2, at, state_.size - at - 2, 2) *= decay;
+  P.block<2, 2>(at, at) *= decay * decay;
+  P.block<2, 2>(at, at).diagonal().array() += variance;
+  state_.storage_x.segment<2>(at) *= decay;
+  state_.storage_sensitivity.middleRows<2>(at) *= decay;
 }
 
 void Kalman::inflate(int at, const Eigen::Matrix3d& Q) { state_.storage_P.block<3, 3>(at, at) += Q; }

@@ -35,6 +35,8 @@ class Kalman {
   /// P ← P − WWᵀ with W = PHᵀL⁻ᵀ and S = LLᵀ; then the quaternion is normalized. Returns false, and changes
   /// nothing, if S is not positive definite or the innovation is not finite.
   bool update(const StackedMeasurement& stacked);
+  /// The whitening of the last update's innovation.
+  const Whitening& whitening() const { return whitening_; }
   /// Later updates leave the parameters in [begin, end) and their covariance as they are, but reckon
   /// with their errors (Schmidt 1966). An empty range ends this.
   void consider(int begin, int end) { considered_ = {begin, end}; }

@@ -356,18 +356,14 @@ const VisionResult& Vision::update(const cv::Mat& image, Stamp t, const std::vec
   whitened_.now.clear();
   if (inliers_.empty()) return result_;
   for (const std::size_t match : inliers_) result_.inliers.push_back(matches_.searched[match]);
-  const auto nis = [&](const StackedMeasurement& stacked) {
-    whitening_.compute(stacked);
-    return whitening_.nis();
-  };
   const bool all = inliers_.size() == stacked_.all.count();
   if (!all) select_innovation(stacked_.gated, inliers_, stacked_.selected);
-  result_.gate = nis(all ? stacked_.gated : stacked_.selected);
+  whitening_.compute(all ? stacked_.gated : stacked_.selected);
+  result_.gate = whitening_.nis();
   if (!all) select(stacked_.all, inliers_, stacked_.selected);
-  const StackedMeasurement& used = all ? stacked_.all : stacked_.selected;
-  result_.update = nis(used);
+  result_.updated = kalman.update(all ? stacked_.all : stacked_.selected);
+  result_.update = kalman.whitening().nis();
   add_lagged();
-  result_.updated = kalman.update(used);
   return result_;
 }
 
