@@ -406,9 +406,8 @@ void Run::deliver_frame() {
   if (robot_->controller().wants_rig())
     robot_->controller().add_rig(estimators::observation_message(frame.observation, setup_.rig));
   if (tracking_) {
-    const result::StageClock clock(timing_.frame.filter_ms);
     tracking_->process(std::move(frame.observation));
-    timing_.frame.filter_ms += tracking_->external_cpu_ms();
+    timing_.frame.filter_ms += tracking_->cpu_ms();
     timing_.frame.landmarks = tracking_->landmarks();
     timing_.frame.answered = tracking_->has_answered();
   }
@@ -429,8 +428,8 @@ void Run::steer() {
   const slam::Stamp until = steering_->usable_until(robot_->world().time());
   while (!frames_.empty() && frames_.next_stamp() <= until) deliver_frame();
   if (tracking_) {
-    const result::StageClock clock(timing_.frame.filter_ms);
     tracking_->advance(until);
+    timing_.frame.filter_ms += tracking_->cpu_ms();
     add_steering_poses();
   }
   const result::StageClock clock(timing_.frame.plan_and_physics_ms);

@@ -78,9 +78,8 @@ slam::Stamp track(const Reader& reader, const std::function<std::optional<slam::
     last = observation->t;
     if (plan && observation->plan) plan->push_back({last, observation->plan->X_PC});
     if (tracking) {
-      const result::StageClock clock(frame.filter_ms);
       tracking->process(std::move(*observation));
-      frame.filter_ms += tracking->external_cpu_ms();
+      frame.filter_ms = tracking->cpu_ms();
       frame.answered = tracking->has_answered();
       frame.landmarks = tracking->landmarks();
     }

@@ -11,12 +11,6 @@ namespace {
 
 using nlohmann::ordered_json;
 
-double clock_ms(clockid_t clock) {
-  timespec now{};
-  clock_gettime(clock, &now);
-  return 1e3 * double(now.tv_sec) + 1e-6 * double(now.tv_nsec);
-}
-
 constexpr std::size_t kFewFrames = 10;  // fewer frames do not show that a sensor is unused
 
 // Finds the first enabled sensor of the filter that was not used in any frame.
@@ -177,8 +171,6 @@ void write_about(const fs::path& file, const RunRecord& record, const ResultPlac
 
 }  // namespace
 
-double thread_cpu_ms() { return clock_ms(CLOCK_THREAD_CPUTIME_ID); }
-
 void Timing::write(const fs::path& folder, double simulated_s) const {
   std::string csv =
       "#timestamp [ns],plan_and_physics [ms],render [ms],encode [ms],record [ms],filter [ms],landmarks\n";
@@ -207,7 +199,7 @@ void Timing::write(const fs::path& folder, double simulated_s) const {
   json["realtime_factor"] = simulated_s / wall_s;
   json["simulated_s"] = simulated_s;
   json["wall_s"] = wall_s;
-  json["cpu_s"] = {{"all", 1e-3 * clock_ms(CLOCK_PROCESS_CPUTIME_ID)},
+  json["cpu_s"] = {{"all", 1e-3 * tracking::cpu_ms(CLOCK_PROCESS_CPUTIME_ID)},
                    {"plan_and_physics", total_s(&FrameTiming::plan_and_physics_ms)},
                    {"render", total_s(&FrameTiming::render_ms)},
                    {"encode", total_s(&FrameTiming::encode_ms)},

@@ -13,9 +13,6 @@
 
 namespace sim::result {
 
-/// Returns the CPU time of the calling thread (ms).
-double thread_cpu_ms();
-
 /// The CPU time of a frame by stage.
 struct FrameTiming {
   slam::Stamp t{0};
@@ -27,8 +24,8 @@ struct FrameTiming {
 /// Adds the CPU time that this thread uses during the object's lifetime to a stage.
 class StageClock {
  public:
-  explicit StageClock(double& stage_ms) : stage_ms_(stage_ms), begin_ms_(thread_cpu_ms()) {}
-  ~StageClock() { stage_ms_ += thread_cpu_ms() - begin_ms_; }
+  explicit StageClock(double& stage_ms) : stage_ms_(stage_ms), begin_ms_(tracking::thread_cpu_ms()) {}
+  ~StageClock() { stage_ms_ += tracking::thread_cpu_ms() - begin_ms_; }
   StageClock(const StageClock&) = delete;
   StageClock& operator=(const StageClock&) = delete;
 

@@ -81,6 +81,12 @@ void move(const Eigen::Isometry3d& X, estimators::PoseEstimate& pose) {
 
 }  // namespace
 
+double cpu_ms(clockid_t clock) {
+  timespec now{};
+  clock_gettime(clock, &now);
+  return 1e3 * double(now.tv_sec) + 1e-6 * double(now.tv_nsec);
+}
+
 std::optional<scenario::Ended> Tracked::failure() const {
   if (failed) return scenario::Ended{scenario::Ending::estimator_failed, *failed};
   if (frames.empty() || frames.back().report.health == slam::Health::ok) return std::nullopt;
@@ -199,13 +205,14 @@ void Tracking::ask(const slam::Observation& arrived, slam::Stamp arrival) {
       !missed_.body.empty())
     add_missed(whole.emplace(arrived));
   const auto began = Clock::now();
+  const double cpu_began_ms = thread_cpu_ms();
   estimators::Answer answer = estimator_->step(whole ? *whole : arrived);
   slam::Stamp took{0};
   if (time_.model == scenario::TimeModel::measured) took = Clock::now() - began;
   if (time_.model == scenario::TimeModel::fixed) took = slam::Stamp(std::llround(1e6 * time_.frame_ms));
   clock_.free = std::max(clock_.free, arrival) + took;
   given_ = std::max(given_, arrived.t);
-  external_cpu_ms_ += answer.external_cpu_ms;
+  cpu_ms_ += thread_cpu_ms() - cpu_began_ms + answer.external_cpu_ms;
   if (in_memory_) answer.report.map = slam::MapUse::found;
   refused_map_ = answer.report.map == slam::MapUse::refused;
   if (frames_ && answer.estimate) move(X_WM(), *answer.estimate);

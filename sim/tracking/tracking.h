@@ -1,10 +1,16 @@
 // Tracking in a live or replayed run: ideal observations in, estimates and reports out.
 #pragma once
 
+#include <ctime>
+
 #include "sim/estimators/estimator.h"
 #include "sim/scenario/scenario.h"
 
 namespace sim::tracking {
+
+/// Returns the CPU time (ms) by a clock, or of the calling thread.
+double cpu_ms(clockid_t clock);
+inline double thread_cpu_ms() { return cpu_ms(CLOCK_THREAD_CPUTIME_ID); }
 
 /// The estimate after a frame and its report, see estimators::Answer.
 struct TrackedFrame {
@@ -83,8 +89,8 @@ class Tracking {
   bool uses(int sensor) const { return estimator_ && estimator_->uses(sensor); }
   /// Returns whether the estimator has failed; its newest frame is its last answer.
   bool failed() const { return tracked_.failed.has_value(); }
-  /// Returns the CPU time (ms) of answers in another process since the last call.
-  double external_cpu_ms() { return std::exchange(external_cpu_ms_, 0); }
+  /// Returns the CPU time (ms) of the estimator since the last call, also in another process.
+  double cpu_ms() { return std::exchange(cpu_ms_, 0); }
   /// Returns whether there is a new answer since the last call.
   bool has_answered() { return std::exchange(answers_, tracked_.frames.size()) < tracked_.frames.size(); }
   /// Returns the image of the last observation that has arrived; empty if it has none.
@@ -130,7 +136,7 @@ class Tracking {
   slam::Stamp given_ = slam::Stamp::min();            // newest stamp that the estimator has received
   std::unique_ptr<estimators::Estimator> estimator_;  ///< null if it failed to start
   cv::Mat image_;
-  double external_cpu_ms_ = 0;
+  double cpu_ms_ = 0;
   std::size_t answers_ = 0;
   struct {
     std::optional<estimators::Start> start;
