@@ -157,7 +157,7 @@ class ImageTest {
 };
 
 /// Compares the innovations of a sensor with their covariance. They are too large if its assumed noise is too
-/// small, and those of the height if the floor is not level.
+/// small or, for the height, if the floor is not level.
 class InnovationTest {
  public:
   /// largest_nis: per degree of freedom, averaged over the last seconds.

@@ -255,7 +255,7 @@ class World {
   double floor_friction_;
   walking::JointVector offset_;                              // true angle minus the encoder's
   Eigen::VectorXd servo_scale_;                              // factor of each servo's gain; empty: 1
-  walking::JointVector desired_velocity_, target_velocity_;  // rad/s, the last one and that of the target
+  walking::JointVector desired_velocity_, target_velocity_;  // rad/s; the last command's, the target's
   std::optional<Eigen::Isometry3d> held_;
   std::chrono::nanoseconds time_{0};
   Status status_;

@@ -174,7 +174,7 @@ struct Scenario {
     part<&Scenario::slam>(key);
     value<&Scenario::sessions>(key,
                                "sessions before this one, walked by the same robot with other noise: each "
-                               "loads the map of the one before it, and this session loads the last one");
+                               "loads the map of the previous session, and this session loads the last one");
     part<&Scenario::limits>(key);
   }
 };
