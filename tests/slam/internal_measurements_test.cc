@@ -242,8 +242,8 @@ TEST(InternalMeasurements, OnAFloorThatIsNotLevelTheVelocityByTheLegsCountsLessT
 struct PlanByLegs {
   double error, sigma, speed_m_s;
 };
-PlanByLegs plan_by_legs(double scale) {
-  Walking walk({}, 0);
+PlanByLegs plan_by_legs(double scale, bool level = true) {
+  Walking walk({}, 0, level);
   SystematicEvidence sum;
   for (int k = 0; k < 210; ++k) {
     Observation o = walk.recording.observation(k);
@@ -264,6 +264,12 @@ TEST(InternalMeasurements, LegOdometryReplacesThePlanButThePlanIsStillTested) {
   EXPECT_NEAR(wrong.error, 0.2, 1e-12);
   EXPECT_LT(wrong.sigma, 0.03);
   EXPECT_NEAR(wrong.speed_m_s, right.speed_m_s, 0.01 * right.speed_m_s);
+}
+
+TEST(InternalMeasurements, OnAFloorThatIsNotLevelThePlanIsTestedLessStrictly) {
+  const PlanByLegs level = plan_by_legs(1.2), slope = plan_by_legs(1.2, false);
+  EXPECT_NEAR(slope.error, 0.2, 1e-12);
+  EXPECT_NEAR(slope.sigma, 6 * level.sigma, 1e-9);
 }
 
 /// The gyro's bias about x (truly 0.02 rad/s) and its sigma, after a second at rest or of walking.
