@@ -13,7 +13,7 @@ using testing::HasSubstr, testing::IsEmpty;
 
 // Walks on the slippery floor, so that a few steps suffice for a drift.
 constexpr const char* kWalk = R"(
-walk: {commands: [{stand: {duration_s: 0.5}}, {perpendicular_arc: {radius_m: 0.75, angle_deg: 60}}]}
+walk: {commands: [{stand: {duration_s: 0.5}}, {perpendicular_arc: {radius_m: 0.75, angle_deg: 90}}]}
 walk.single_support_s: 0.78
 walk.double_support_s: 0.02
 walk.step_length_m: 0.15

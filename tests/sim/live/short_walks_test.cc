@@ -42,7 +42,8 @@ TEST_F(ShortWalks, GoEightSecondsInEachDirection) {
 }
 
 TEST_F(ShortWalks, MeasureTheEndOfTheWalkAgainstItsCommands) {
-  const Walked ahead = walk({walking::Straight{0.48, 0}});
+  const Walked ahead = walk({walking::Straight{0.48, 0}},
+                            [](scenario::Scenario& s) { s.walk.steering.by = walking::SteeredBy::legs; });
   EXPECT_EQ(ahead.complaint(), "");
   EXPECT_EQ(ahead.lasted, 1);
   EXPECT_NEAR(ahead.path_m, 0.48, 1e-4);
@@ -61,7 +62,7 @@ TEST_F(ShortWalks, MeasureTheEndOfTheWalkAgainstItsCommands) {
 
 TEST_F(ShortWalks, SteeredByLegOdometryEndWithTheHeadingOfTheirCommands) {
   const auto error_by = [](walking::SteeredBy by) {
-    const auto steer = [by](scenario::Scenario& s) { s.walk.steering.by = by; };
+    const auto steer = [by](scenario::Scenario& s) { s.walk.steering.by = by, s.world.floor_friction = 0.2; };
     return walk({walking::Turn{std::numbers::pi / 2}}, steer, 1).yaw_error_rad;
   };
   const double by_legs = error_by(walking::SteeredBy::legs);
