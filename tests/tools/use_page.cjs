@@ -311,7 +311,8 @@ function valuesAt(count) {
   });
 }
 
-/// The first landmark that the last frame searched for, and the pixel at which the page shows its search.
+/// The landmark closest to the image's middle that the last frame searched for, and the pixel at which the page
+/// shows its search.
 function lastSearch() {
   const {
     player,
@@ -319,9 +320,11 @@ function lastSearch() {
   } = gaitslamPage;
   scrollTo(0, 0);
   player.go(player.duration);
-  const [id, u, v] = pane.run.frames[pane.index].searches[0];
+  const {width: columns, height: rows} = pane.head;
+  const off = ([, u, v]) => Math.hypot(u - columns / 2, v - rows / 2);
+  const [id, u, v] = pane.run.frames[pane.index].searches.toSorted((a, b) => off(a) - off(b))[0];
   const {left, top, width} = pane.head.canvas.getBoundingClientRect(),
-    scale = width / pane.head.width;
+    scale = width / columns;
   return {id, x: left + scale * u, y: top + scale * v};
 }
 
