@@ -10,7 +10,7 @@ namespace sim::live {
 namespace {
 
 constexpr double kLasting_s = 3;          // as slam.height.lasting_s
-constexpr double kLeastSpeed_m_s = 0.04;  // slower walks, such as turns, do not show relative errors
+constexpr double kLeastSpeed_m_s = 0.04;  // relative errors of slower walks, for example turns, are unknown
 constexpr double kReading_m = 1e-4;       // as errors.leg_odometry.sigma_m
 constexpr double kLeastStart = 0.001;     // of the start
 constexpr double kLeastVelocity_m_s = 0.003, kLeastRelative = 0.003;
