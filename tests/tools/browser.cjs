@@ -82,10 +82,12 @@ class Browser {
     return this.value(`(${action})(${values.map((value) => JSON.stringify(value)).join()})`);
   }
 
-  /// Waits until a function in the page returns true.
+  /// Waits until a function in the page returns true. The page may reload itself in the meantime.
   async when(condition, ...values) {
+    const isReload = ({message}) => message === 'Runtime.evaluate: Inspected target navigated or closed';
+    const orFalse = (error) => (isReload(error) ? false : Promise.reject(error));
     for (const end = Date.now() + this.longest_ms; Date.now() < end; await this.rest(20))
-      if (await this.call(condition, ...values)) return;
+      if (await this.call(condition, ...values).catch(orFalse)) return;
     const text = await this.value('document.body.innerText.slice(0, 400)');
     throw new Error(`never came true: ${condition}; the page said: ${this.said.join('; ')}; ${text}`);
   }
