@@ -226,6 +226,7 @@ void World::command(const controllers::JointCommands& commands) {
   constexpr double kHalf_s = (walking::kPeriod - kStep_s) / 2;
   const walking::JointVector desired = moves ? dq : walking::JointVector::Zero(dq.size());
   target_velocity_ = (std::exchange(desired_velocity_, desired) + desired) / 2;
+  const walking::JointVector& damped = moves ? target_velocity_ : dq;  // kd acts on the difference from it
   for (int joint = 0; joint < model_->nu; ++joint) {
     double &kp = model_->actuator_gainprm[mjNGAIN * joint], &kd = model_->dof_damping[ids_.velocity[joint]];
     double& added = data_->qfrc_applied[ids_.velocity[joint]];
@@ -239,9 +240,9 @@ void World::command(const controllers::JointCommands& commands) {
     // command includes the term for the desired velocity.
     if (kp > 0)
       data_->ctrl[joint] =
-          q[joint] + offset_[joint] + kd / kp * dq[joint] - kHalf_s * target_velocity_[joint];
+          q[joint] + offset_[joint] + kd / kp * damped[joint] - kHalf_s * target_velocity_[joint];
     else
-      added += kd * dq[joint];
+      added += kd * damped[joint];
   }
 }
 

@@ -123,6 +123,20 @@ TEST(World, JointsMoveSteadilyWithinATick) {
   EXPECT_GT(ripple(false), 0.05);
 }
 
+// Feedback at half the rate of the commands must not shake the joints, for the desired velocity is a mean.
+TEST(World, ADesiredVelocityThatAlternatesMovesNoJoint) {
+  World world = standing();
+  walking::JointVector dq = walking::JointVector::Zero(half_sitting().size());
+  dq[12] = 0.4;  // rad/s, of the chest
+  double fastest = 0;
+  for (int tick = 0; tick < 40; ++tick) {
+    world.command({half_sitting(), dq = -dq, {}, true});
+    run(world, 5);
+    if (tick >= 20) fastest = std::max(fastest, std::abs(world.velocities()[12]));
+  }
+  EXPECT_LT(fastest, 0.01);
+}
+
 TEST(World, EncodersTellWhereCameraAndImuAreWhileChestAndHeadMove) {
   World world = standing();
   bend(world, {{12, 0.1}, {15, 0.2}});
