@@ -12,11 +12,11 @@ constexpr double kSettling_s = 0.1;    // time constant of a landed sole until i
 // Fraction of the total load: loads computed from joint torques can be this large for a swinging leg.
 constexpr double kCarries = 0.2;
 // A landing foot slides while it already carries load, and a foot that lifts off may drag. A point of contact
-// that moves this much faster than the waist's velocity allows counts half.
-constexpr double kSliding_m_s = 0.05;
-// If every loaded foot slides faster than this, the waist keeps its velocity for at most kCoasting_s, in
-// which a walk changes it by less.
-constexpr double kAllSlide_m_s = 0.2, kCoasting_s = 0.06;
+// counts 1/e if it moves at this speed according to the accelerometer. The accelerometer is less sure the
+// longer no foot has been at rest, and it counts as much as a part of the load.
+constexpr double kSliding_m_s = 0.012, kLessSure_m_s2 = 0.3, kPredicted = 0.5;
+// If no foot has been at rest for longer, the predicted velocity is wrong, or the robot hangs.
+constexpr double kCoasting_s = 0.3;
 // Time constant with which the accelerometer corrects the tilt. It spans many strides, since the
 // accelerometer also feels the sway.
 constexpr double kLeveling_s = 20;
@@ -105,20 +105,32 @@ Eigen::Isometry3d LegOdometry::X_BS(Side side, const JointVector& q) const {
 // The gyro measures the turn of the waist, and the legs measure the motion of each point of contact relative
 // to it. The mean of these points, weighted by the loads and horizontally also by how little they slide,
 // stays at rest. Heights add up from foot to foot.
-std::pair<LegOdometry::Motion, bool> LegOdometry::turned(const JointVector& q, const Eigen::Vector3d& gyro,
-                                                         double dt_s) const {
-  const Eigen::Vector3d turn_G = dt_s * gyro;
+std::pair<LegOdometry::Motion, double> LegOdometry::turned(const JointVector& q,
+                                                           const SensorReadings& inertial,
+                                                           double dt_s) const {
+  const Eigen::Isometry3d X_BG_before = imu_in_base(robot_, last_.q), X_BG = imu_in_base(robot_, q);
+  const Eigen::Vector3d turn_G = dt_s * inertial.gyro;
   Motion now{X_OB_, Eigen::Vector3d::Zero()};
-  now.X_OB.linear() = X_OB_.linear() * imu_in_base(robot_, last_.q) *
+  now.X_OB.linear() = X_OB_.linear() * X_BG_before.linear() *
                       Eigen::AngleAxisd(turn_G.norm(), turn_G.stableNormalized()).toRotationMatrix() *
-                      imu_in_base(robot_, q).transpose();
-  const double all = std::max(0.0, last_.left.force.z()) + std::max(0.0, last_.right.force.z());
-  const Eigen::Vector3d coasting = dt_s * velocity_;
-  Eigen::Array3d moved = Eigen::Array3d::Zero(), places = moved, weights = moved;
-  bool coasts = coasted_s_ < kCoasting_s;
+                      X_BG.linear().transpose();
+  const Eigen::Vector3d changed =
+      dt_s * (X_OB_.linear() * X_BG_before.linear() * (last_.accelerometer + inertial.accelerometer) / 2);
+  const Eigen::Vector2d predicted =
+      (dt_s * (velocity_ + changed) + X_OB_.linear() * X_BG_before.translation() -
+       now.X_OB.linear() * X_BG.translation())
+          .head<2>();
+  const double all =
+      (1 - kCarries) * (std::max(0.0, last_.left.force.z()) + std::max(0.0, last_.right.force.z()));
+  const bool coasts = dt_s > 0 && coasted_s_ < kCoasting_s;
+  const double sliding_m = dt_s * (kSliding_m_s + kLessSure_m_s2 * coasted_s_);
+  Eigen::Array3d moved = Eigen::Array3d::Zero(), weights = moved;
+  Eigen::Vector3d place = Eigen::Vector3d::Zero();
+  if (coasts) moved.head<2>() = kPredicted * all * predicted, weights.head<2>() = kPredicted * all;
+  double at_rest = 0;
   for (const Side side : {Side::right, Side::left}) {
     const Wrench& wrench = side == Side::left ? last_.left : last_.right;
-    const double load = wrench.force.z(), carried = load - kCarries * all;
+    const double load = wrench.force.z(), carried = load - kCarries / (1 - kCarries) * all;
     if (!(carried > 0)) continue;
     const Leg& leg = robot_.leg(side);
     Eigen::Vector3d point = Eigen::Vector3d::Zero();
@@ -127,20 +139,22 @@ std::pair<LegOdometry::Motion, bool> LegOdometry::turned(const JointVector& q, c
                           .cwiseMin(leg.sole_max);
     const Eigen::Vector3d before = X_OB_.linear() * (feet_[static_cast<std::size_t>(side)].X_BS * point);
     const Eigen::Vector3d after = now.X_OB.linear() * (X_BS(side, q) * point);
-    const double slid = (before - after - coasting).head<2>().norm();
-    coasts &= slid > kAllSlide_m_s * dt_s;
-    const double ratio = dt_s > 0 ? slid / (kSliding_m_s * dt_s) : 0, still = carried / (1 + ratio * ratio);
+    const double slid_m = ((before - after).head<2>() - predicted).norm();
+    const double ratio = coasts ? slid_m / sliding_m : 0, still = carried * std::exp(-ratio * ratio);
     const Eigen::Array3d weight(still, still, carried);
     moved += weight * (before - after).array();
-    places += weight * after.array();
     weights += weight;
+    place += carried * after;
+    at_rest += still;
   }
-  const bool any = weights.z() > 0;  // otherwise both feet are in the air
-  if (any) moved /= weights;
-  if (coasts) moved.head<2>() = coasting.head<2>();
+  const bool any = weights.z() > 0;
+  if (any)
+    moved /= weights;
+  else if (coasts)
+    moved.head<2>() = predicted;
   now.X_OB.translation() += moved.matrix();
-  if (any) now.p_OS = now.X_OB.translation() + (places / weights).matrix();
-  return {now, coasts};
+  if (any) now.p_OS = now.X_OB.translation() + place / weights.z();
+  return {now, any ? at_rest / all : 0};
 }
 
 void LegOdometry::follow_points(const SensorReadings& readings) {
@@ -148,14 +162,18 @@ void LegOdometry::follow_points(const SensorReadings& readings) {
     X_OB_ = X_OB_start_;
     started_ = true;
   } else {
-    const auto [now, coasts] = turned(readings.q, readings.gyro, kPeriod);
-    velocity_ = (now.X_OB.translation() - X_OB_.translation()) / kPeriod;
+    const auto [now, at_rest] = turned(readings.q, readings, kPeriod);
+    const auto imu = [&](const Eigen::Isometry3d& X_OB, const JointVector& q) -> Eigen::Vector3d {
+      return X_OB * imu_in_base(robot_, q).translation();
+    };
+    velocity_ = (imu(now.X_OB, readings.q) - imu(X_OB_, last_.q)) / kPeriod;
     velocity_.z() = 0;
-    coasted_s_ = coasts ? coasted_s_ + kPeriod : 0;
+    coasted_s_ = (coasted_s_ + kPeriod) * (1 - at_rest);
     X_OB_ = now.X_OB;
     if (floor_ == Floor::level) X_OB_.translation().z() -= settling() * now.p_OS.z();
     const Eigen::Vector3d up =
-        X_OB_.linear() * (imu_in_base(robot_, readings.q) * readings.accelerometer).stableNormalized();
+        X_OB_.linear() *
+        (imu_in_base(robot_, readings.q).linear() * readings.accelerometer).stableNormalized();
     const Eigen::Vector3d level = kPeriod / kLeveling_s * up.cross(Eigen::Vector3d::UnitZ());
     X_OB_.linear() =
         Eigen::Quaterniond(Eigen::AngleAxisd(level.norm(), level.stableNormalized()) * X_OB_.linear())
@@ -205,7 +223,7 @@ void LegOdometry::move_to(const FootPose& waist, const JointVector& q) {
 }
 
 LegOdometry::Motion LegOdometry::motion(const JointVector& q, double dt_s) const {
-  if (by_points_) return turned(q, last_.gyro, dt_s).first;
+  if (by_points_) return turned(q, last_, dt_s).first;
   return {X_OS_ * X_BS(carrying_, q).inverse(), X_OS_.translation()};
 }
 

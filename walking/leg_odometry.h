@@ -29,8 +29,8 @@ enum class Floor { level, any };
 /// On a level floor, and if the stiffness of the pads is known, the whole sole that carries more load is
 /// assumed to be at rest. When the load shifts, the new sole is placed relative to the other one, so the
 /// waist never jumps and settles on the floor within tenths of a second. Otherwise the gyro measures the
-/// rotation of the waist, and the centers of pressure are assumed to be at rest unless this changes the
-/// velocity of the waist abruptly.
+/// rotation of the waist, and the centers of pressure are assumed to be at rest unless this contradicts the
+/// accelerometer.
 class LegOdometry {
  public:
   /// X_OB: the pose of the waist at the first readings.
@@ -63,8 +63,8 @@ class LegOdometry {
  private:
   Eigen::Isometry3d X_BS(Side side, const JointVector& q) const;
   void follow_points(const SensorReadings& readings);
-  /// Returns the motion, and whether it coasts: no foot is at rest, so the velocity is assumed constant.
-  std::pair<Motion, bool> turned(const JointVector& q, const Eigen::Vector3d& gyro, double dt_s) const;
+  /// Returns the motion since the last readings, and the part of the load on feet at rest.
+  std::pair<Motion, double> turned(const JointVector& q, const SensorReadings& inertial, double dt_s) const;
 
   Robot robot_;
   Eigen::Isometry3d X_OB_start_, X_OS_ = Eigen::Isometry3d::Identity();  // X_OS_: the sole that carries
@@ -72,8 +72,8 @@ class LegOdometry {
   bool by_points_;                                          // assumes centers of pressure at rest
   Eigen::Isometry3d X_OB_ = Eigen::Isometry3d::Identity();  // at the last readings, for points
   SensorReadings last_;                                     // likewise
-  Eigen::Vector3d velocity_ = Eigen::Vector3d::Zero();      // likewise, horizontal, m/s in O
-  double coasted_s_ = 0;                                    // since a foot was at rest
+  Eigen::Vector3d velocity_ = Eigen::Vector3d::Zero();      // likewise, of the IMU, horizontal, m/s in O
+  double coasted_s_ = 0;                                    // since the load was on feet at rest
   bool started_ = false;
   Side carrying_ = Side::left;
   struct Foot {

@@ -153,11 +153,14 @@ Isometry3d sole_in_base(const Robot& robot, Side side, const LegVector& q) {
   return chain(robot, robot.leg(side), q).X_BS;
 }
 
-Matrix3d imu_in_base(const Robot& robot, const JointVector& q) {
-  Matrix3d R = robot.R_link_imu;
-  for (int joint = robot.chest; joint >= 0; joint = robot.joints[static_cast<std::size_t>(joint)].parent)
-    R = (turn(robot.joints[static_cast<std::size_t>(joint)].axis, q[joint]) * R).eval();
-  return R;
+Isometry3d imu_in_base(const Robot& robot, const JointVector& q) {
+  Isometry3d X = robot.X_link_imu;
+  for (int i = robot.chest; i >= 0; i = robot.joints[static_cast<std::size_t>(i)].parent) {
+    const Joint& joint = robot.joints[static_cast<std::size_t>(i)];
+    X.prerotate(turn(joint.axis, q[i]));
+    X.pretranslate(joint.offset);
+  }
+  return X;
 }
 
 LegSolution leg_inverse_kinematics(const Robot& robot, Side side, const Isometry3d& X_BS,

@@ -84,8 +84,8 @@ struct Robot {
   /// left and right walks mirror each other. The stabilizer handles the real offset.
   Eigen::Vector3d com = Eigen::Vector3d::Zero();
   int chest = -1;  ///< joint whose link carries the stabilizer's IMU; -1: the base
-  /// Axes of that IMU (forward, left, up) in its link's axes.
-  Eigen::Matrix3d R_link_imu = Eigen::Matrix3d::Identity();
+  /// Pose of that IMU, whose axes are forward, left and up, in its link.
+  Eigen::Isometry3d X_link_imu = Eigen::Isometry3d::Identity();
   std::array<std::optional<Arm>, 2> arms = {};  ///< by Side
   StepLimits step = {};
 
@@ -109,8 +109,8 @@ void set_leg_angles(const Leg& leg, const LegVector& angles, JointVector& q);
 
 /// X_BS: the pose of the sole in the base.
 Eigen::Isometry3d sole_in_base(const Robot& robot, Side side, const LegVector& q);
-/// R_BG: the axes of the stabilizer's IMU in the base.
-Eigen::Matrix3d imu_in_base(const Robot& robot, const JointVector& q);
+/// X_BG: the pose of the stabilizer's IMU in the base.
+Eigen::Isometry3d imu_in_base(const Robot& robot, const JointVector& q);
 
 struct LegSolution {
   LegVector q = LegVector::Zero();  ///< finite even if not reached

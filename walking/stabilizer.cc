@@ -92,7 +92,7 @@ Posture Stabilizer::step(const Reference& reference, const SensorReadings& readi
 
 void Stabilizer::estimate_tilt(const Reference& reference, const SensorReadings& readings) {
   if (!options_.attitude.enabled) return;
-  const Eigen::Matrix3d R_BG = imu_in_base(robot_, readings.q);
+  const Eigen::Matrix3d R_BG = imu_in_base(robot_, readings.q).linear();
   const Eigen::Matrix3d R_PB = reference.X_PB.linear() * turned(state_.tilt);
   attitude_.update(readings.gyro, readings.accelerometer,
                    (R_PB * R_BG).transpose() * reference.com_acceleration, kPeriod);

@@ -159,7 +159,7 @@ void ProgramController::ask(const Readings& readings, bool settles) {
   }
   copy(readings.gyro, words.gyro_rad_s);
   copy(readings.accelerometer, words.accelerometer_m_s2);
-  copy(walking::imu_in_base(start_.robot, readings.q) * attitude_.up(), words.up_B);
+  copy(walking::imu_in_base(start_.robot, readings.q).linear() * attitude_.up(), words.up_B);
   words.left = wrench_of(readings.left), words.right = wrench_of(readings.right);
   measure_velocity(readings, words);
   words.has_place = located_ && start_.commands.steering.by == walking::SteeredBy::estimate;

@@ -293,7 +293,8 @@ class RobotReader {
   void read_imu() {
     const int imu = site("imu");
     robot_.chest = mover(m_.site_bodyid[imu]);
-    robot_.R_link_imu = site_pose(imu).linear();
+    robot_.X_link_imu = site_pose(imu);
+    if (robot_.chest >= 0) robot_.X_link_imu.pretranslate(-anchor(joints_[std::size_t(robot_.chest)]));
   }
 
   void read_posture() {
@@ -378,17 +379,12 @@ controllers::RobotDescription describe(const Models& models, const RobotFile& fi
   controllers::RobotDescription description;
   description.measures_wrenches = models.has_force_sensors;
   description.model = to_xml(adapt(file).root);
-  const Data data(mj_makeData(&m));
-  Eigen::Map<Eigen::VectorXd>(data->qpos, m.nq) = robot_positions(m, {Isometry3d::Identity(), robot.posture});
   for (int i = 0; i < m.nu; ++i) {
     const int joint = m.actuator_trnid[2 * i], dof = m.jnt_dofadr[joint];
     description.motors.push_back(
         {.armature = m.dof_armature[dof], .kp = m.actuator_gainprm[mjNGAIN * i], .kd = m.dof_damping[dof]});
   }
-  mj_kinematics(&m, data.get());
-  const int imu = part(m, mjOBJ_SITE, "imu");
-  description.X_BG.linear() = walking::imu_in_base(robot, robot.posture);
-  description.X_BG.translation() = Vector3d(data->site_xpos + 3 * imu);
+  description.X_BG = walking::imu_in_base(robot, robot.posture);
   for (const Side side : {Side::right, Side::left})
     description.X_BS[std::size_t(side)] =
         walking::sole_in_base(robot, side, walking::leg_angles(robot.leg(side), robot.posture));

@@ -471,7 +471,7 @@ Eigen::Matrix3d World::imu_in_chest(const walking::JointVector& encoders) const 
   const mjData& data = pose_by_encoders(encoders);
   const Eigen::Matrix3d R_WB = pose_in(data.xpos, data.xmat + 9 * ids_.waist).linear(),
                         R_WG = pose_in(data.xpos, data.site_xmat + 9 * ids_.imu).linear();
-  return (R_WB * walking::imu_in_base(robot_, encoders)).transpose() * R_WG;
+  return (R_WB * walking::imu_in_base(robot_, encoders).linear()).transpose() * R_WG;
 }
 
 ImuReading World::reading_since(ImuState& last) const {

@@ -28,19 +28,19 @@ TEST(LegOdometry, ARobotRollingOverItsToesTurnsAboutThemUnlessItsSolesLieFlat) {
   const double toe = leg.sole_max.x();
   SensorReadings readings = loaded(robot, 300, 0, toe);
   points.add(readings), soles.add(readings);
-  readings.gyro.y() = 0.1;  // so slowly that the feet seem at rest from the first tick on
+  readings.gyro.y() = 0.002;  // so slowly that the feet seem at rest from the first tick on
   for (int k = 0; k < 20; ++k) {
     readings.accelerometer.setZero();  // so that it does not correct the tilt
     points.add(readings), soles.add(readings);
   }
   const Eigen::Vector3d p_BT =
       sole_in_base(robot, Side::left, leg_angles(leg, readings.q)) * Eigen::Vector3d(toe, 0, 0);
-  const Eigen::AngleAxisd turn(0.1 * 20 * kPeriod, Eigen::Vector3d::UnitY());
+  const Eigen::AngleAxisd turn(0.002 * 20 * kPeriod, Eigen::Vector3d::UnitY());
   const LegOdometry::Motion rolled = points.motion(readings.q);
-  EXPECT_LT((rolled.X_OB * p_BT - X_OB * p_BT).norm(), 1e-9);
+  EXPECT_LT((rolled.X_OB * p_BT - X_OB * p_BT).norm(), 0.05 * turn.angle() * robot.base_height);
   EXPECT_LT((rolled.X_OB.linear() - turn.toRotationMatrix()).norm(), 1e-9);
-  EXPECT_LT((rolled.p_OS - X_OB * p_BT).norm(), 1e-9);
-  EXPECT_LT((soles.motion(readings.q).X_OB.linear() - X_OB.linear()).norm(), 0.02);
+  EXPECT_LT((rolled.p_OS - X_OB * p_BT).norm(), 0.05 * turn.angle() * robot.base_height);
+  EXPECT_LT((soles.motion(readings.q).X_OB.linear() - X_OB.linear()).norm(), 1e-6);
 }
 
 TEST(LegOdometry, SolesWithoutPadsTiltWithTheGyroAndStayOnALevelFloor) {
@@ -98,17 +98,17 @@ TEST(LegOdometry, TheDeflectionOfABushMovesTheWaistOnAnyFloor) {
   LegOdometry legs(robot, Eigen::Isometry3d::Identity(), Floor::any);
   SensorReadings readings = loaded(robot, 300, 0, 0);
   legs.add(readings);
-  readings.left.force.x() = 4;  // the ground pushes the sole ahead by 0.4 mm
-  legs.add(readings);
-  EXPECT_NEAR(legs.motion(readings.q).X_OB.translation().x(), -0.0004, 1e-9);
+  readings.left.force.x() = 0.04;  // the ground pushes the sole ahead by 4 um
+  for (int k = 0; k < 20; ++k) legs.add(readings);
+  EXPECT_NEAR(legs.motion(readings.q).X_OB.translation().x(), -4e-6, 1e-8);
 }
 
 /// Leg odometry of a robot whose knees move the soles forward or backward in the waist's axes.
 class Sliding {
  public:
   Sliding() { legs_.add(readings(1, 1)); }
-  /// Ticks with these loads, in each of which the knees turn by these angles. Returns how far the waist moves
-  /// in the last one.
+  /// Ticks with these loads, in each of which the knees turn by these angles while the waist keeps its
+  /// velocity. Returns how far the waist moves in the last one.
   double walk(int ticks, double left_n, double right_n, double left_rad, double right_rad) {
     for (int k = 1; k < ticks; ++k) walk(1, left_n, right_n, left_rad, right_rad);
     const double before = legs_.motion(q_).X_OB.translation().x();
@@ -116,9 +116,26 @@ class Sliding {
     legs_.add(readings(left_n, right_n));
     return legs_.motion(q_).X_OB.translation().x() - before;
   }
+  /// The right foot stays at rest and carries the robot, as its knee turns more in each tick, until by 5
+  /// mrad.
+  double accelerate() {
+    double moved = 0;
+    for (int k = 1; k < 60; ++k) {
+      const double before = right_sole();
+      q_[knee(Side::right)] += 0.005 * k / 60;
+      SensorReadings now = readings(0, 500);
+      const double last = std::exchange(moved, before - right_sole());
+      now.accelerometer.x() = (moved - last) / (kPeriod * kPeriod);
+      legs_.add(now);
+    }
+    return walk(1, 0, 500, 0, 0.005);
+  }
 
  private:
   int knee(Side side) const { return robot_.leg(side).joints[3]; }
+  double right_sole() const {
+    return sole_in_base(robot_, Side::right, leg_angles(robot_.leg(Side::right), q_)).translation().x();
+  }
   SensorReadings readings(double left_n, double right_n) const {
     SensorReadings readings = loaded(robot_, left_n, right_n, 0);
     readings.q = q_;
@@ -132,25 +149,25 @@ class Sliding {
 
 TEST(LegOdometry, FeetCountByTheirLoadUnlessItIsSmall) {
   const double slowly = 1e-6;  // a sole that does not slide
-  const double alone = Sliding().walk(2, 300, 0, slowly, 0);
+  const double alone = Sliding().walk(30, 300, 0, slowly, 0);
   EXPECT_LT(alone, -1e-8);
-  EXPECT_NEAR(Sliding().walk(2, 300, 300, slowly, 0) / alone, 0.5, 1e-4);
-  EXPECT_EQ(Sliding().walk(2, 20, 480, slowly, 0), 0);
+  EXPECT_NEAR(Sliding().walk(30, 300, 300, slowly, 0) / alone, 0.5, 1e-4);
+  EXPECT_NEAR(Sliding().walk(30, 20, 480, slowly, 0) / alone, 0, 1e-4);
 }
 
 TEST(LegOdometry, AFootThatSlidesOnLandingDoesNotShortenTheWalk) {
   Sliding robot;
-  const double before = robot.walk(30, 0, 500, 0, 0.005);
+  const double before = robot.accelerate();
   ASSERT_GT(std::abs(before) / kPeriod, 0.3);  // m/s: it walks
   // The left foot carries 60 % of the load, and its sole follows the waist at 1.2 times its speed.
   EXPECT_NEAR(robot.walk(2, 300, 200, -0.001, 0.005) / before, 1, 0.03);
 }
 
-TEST(LegOdometry, IfAllFeetSlideTheWaistKeepsItsVelocityForSomeTicks) {
+TEST(LegOdometry, IfAllFeetSlideTheWaistMovesAsTheAccelerometerTells) {
   Sliding robot;
-  const double before = robot.walk(30, 0, 500, 0, 0.005);
-  for (int k = 0; k < 10; ++k) EXPECT_NEAR(robot.walk(1, 500, 0, 0, 0.005) / before, 1, 0.02);
-  EXPECT_EQ(robot.walk(10, 500, 0, 0, 0.005), 0);  // the left foot is at rest
+  const double before = robot.accelerate();
+  for (int k = 0; k < 20; ++k) EXPECT_NEAR(robot.walk(1, 500, 0, 0, 0) / before, 1, 0.02);
+  EXPECT_NEAR(robot.walk(400, 500, 0, 0, 0) / before, 0, 1e-3) << "a foot that slides for long is at rest";
 }
 
 }  // namespace
