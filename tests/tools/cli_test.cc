@@ -408,12 +408,14 @@ TEST_F(Regress, AnotherBuildRunsTheSameWalksOnSharedRecordings) {
         "[ \"$1\" != run ] || set -- \"$@\" $CHANGES\nexec " GAITSLAM_PROGRAM " \"$@\"\n");
   shell("chmod +x other");
   const std::string regress = "regress suites/ci.yaml --against ./other --out out --jobs ";
-  const std::string first = ok(regress + "2");
+  const Ran ran = gaitslam(regress + "2");
+  EXPECT_LE(ran.exit_code, 1) << "1: on a busy machine, the times are undecided";
+  const std::string& first = ran.out;
   EXPECT_THAT(first, AllOf(Has("against ./other (gaitslam "), ContainsRegex("rmse_m .* IDENTICAL"),
                            ContainsRegex("frame_cpu_ms_mean +[0-9.]+ ")));
   EXPECT_EQ(shell("ls 'the cache' | grep -c -v lock").out, "2\n") << "the recordings are shared";
   EXPECT_EQ(shell("wc -l <calls").out, "2\n");
-  EXPECT_EQ(ok(regress + "1").substr(std::string("4 results finished before\n").size()), first);
+  EXPECT_EQ(gaitslam(regress + "1").out, "4 results finished before\n" + first);
   EXPECT_EQ(shell("wc -l <calls").out, "2\n") << "finished results are kept";
   shell("echo >>other");  // another build
   EXPECT_THAT(shell("CHANGES='errors.gyro.sigma_rad_s=1' " GAITSLAM_PROGRAM " " + regress + "1").out,
