@@ -28,7 +28,7 @@ TEST(LegOdometry, ARobotRollingOverItsToesTurnsAboutThemUnlessItsSolesLieFlat) {
   const double toe = leg.sole_max.x();
   SensorReadings readings = loaded(robot, 300, 0, toe);
   points.add(readings), soles.add(readings);
-  readings.gyro.y() = 0.002;  // so slowly that the feet seem at rest from the first tick on
+  readings.gyro.y() = 0.002;  // so slowly that the feet seem at rest in each tick
   for (int k = 0; k < 20; ++k) {
     readings.accelerometer.setZero();  // so that it does not correct the tilt
     points.add(readings), soles.add(readings);
