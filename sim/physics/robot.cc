@@ -397,6 +397,14 @@ void Models::mount(const rig::Mount& camera, const rig::Mount& imu) {
     if (!camera.is_default()) mount_camera(*model, camera);
     if (imu_is_moved) mount_imu(*model, imu);
   }
+  if (!imu_is_moved) return;
+  const mjModel& m = *on_floor;
+  const Data data(mj_makeData(&m));
+  Eigen::Map<Eigen::VectorXd>(data->qpos, m.nq) = robot_positions(m, {Isometry3d::Identity(), robot.posture});
+  mj_kinematics(&m, data.get());
+  const Isometry3d X_BG = walking::imu_in_base(robot, robot.posture);
+  const Vector3d p_BG(data->site_xpos + 3 * part(m, mjOBJ_SITE, "imu"));
+  robot.X_link_imu.translation() += robot.X_link_imu.linear() * (X_BG.inverse() * p_BG);
 }
 
 }  // namespace sim::physics

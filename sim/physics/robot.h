@@ -37,8 +37,8 @@ struct Models {
          const std::vector<Actor>& actors = {});
   Models(const model_file::Element& adapted, const RobotFile& robot, const std::string& room,
          const fs::path& folder, const std::vector<Actor>& actors = {});
-  /// Moves head camera and chest IMU in both models, not in `robot`. Throws std::invalid_argument as
-  /// place_of().
+  /// Moves head camera and chest IMU in both models. In `robot`, the IMU moves to where it is in the start
+  /// posture, but keeps its link and its axes. Throws std::invalid_argument as place_of().
   void mount(const rig::Mount& camera, const rig::Mount& imu);
 
   Model on_floor;  ///< the model to step: the robot on kPhysicalRoom, only colliding shapes

@@ -168,6 +168,22 @@ TEST(World, ReadingsOfAMovedImuAreInTheAxesOfTheChest) {
   }
 }
 
+TEST(World, TheRobotKnowsWhereAMovedImuIs) {
+  rig::Mount beside, on_head;
+  beside.position_m = {0.1, -0.2, 0.3}, beside.yaw_rad = 1;
+  on_head.link = "HEAD_LINK1", on_head.position_m = {0.05, 0, 0.1};
+  const Eigen::Isometry3d before = walking::imu_in_base(on_floor().robot, on_floor().robot.posture);
+  for (const rig::Mount& mount : {beside, on_head}) {
+    Models moved(robot_file(), "floor", models());
+    moved.mount({}, mount);
+    const World world = standing(moved);
+    const Eigen::Isometry3d X_BG = walking::imu_in_base(moved.robot, moved.robot.posture);
+    EXPECT_LT((X_BG.translation() - (world.X_WB().inverse() * world.X_WG()).translation()).norm(), 1e-9);
+    EXPECT_TRUE(X_BG.linear().isApprox(before.linear(), 1e-12));
+    EXPECT_GT((X_BG.translation() - before.translation()).norm(), 0.3);
+  }
+}
+
 /// The end is final: the physics stands still.
 void expect_ended(World& world, Condition condition) {
   EXPECT_EQ(world.status().condition, condition) << world.status().cause;
