@@ -138,9 +138,7 @@ class SensingRobot {
  public:
   SensingRobot(const scenario::Scenario& scenario, std::unique_ptr<controllers::Controller> controller,
                const physics::Models& models)
-      : options_(scenario.stabilizer),
-        gyro_(scenario.seed, "felt gyro noise"),
-        accelerometer_(scenario.seed, "felt accelerometer noise"),
+      : noise_(scenario.stabilizer, scenario.seed),
         legs_(models.robot, controller->reference().X_PB,
               controller->is_level() ? walking::Floor::level : walking::Floor::any),
         robot_(std::move(controller), scenario.world,
@@ -178,21 +176,14 @@ class SensingRobot {
   walking::SensorReadings command() {
     const walking::SensorReadings ideal = robot_.world().sensor_readings();
     walking::SensorReadings noisy = ideal;
-    noisy.gyro += normal(gyro_, options_.gyro_sigma_rad_s);
-    noisy.accelerometer += normal(accelerometer_, options_.accelerometer_sigma_m_s2);
+    noise_.add(noisy);
     legs_.add(noisy);
     robot_.command(noisy);
     return ideal;
   }
 
  private:
-  static Eigen::Vector3d normal(sensor_errors::Random& random, double sigma) {
-    const double x = random.normal(), y = random.normal(), z = random.normal();
-    return sigma * Eigen::Vector3d(x, y, z);
-  }
-
-  const walking::StabilizerOptions& options_;
-  sensor_errors::Random gyro_, accelerometer_;
+  FeltNoise noise_;
   walking::LegOdometry legs_;
   physics::WalkingRobot robot_;
   Mounting mounting_;

@@ -195,4 +195,13 @@ recording::RecordingSetup recording_setup(const scenario::Scenario& scenario, co
   return setup;
 }
 
+void FeltNoise::add(walking::SensorReadings& readings) {
+  const auto normal = [](sensor_errors::Random& random, double sigma) {
+    const double x = random.normal(), y = random.normal(), z = random.normal();
+    return Eigen::Vector3d(sigma * Eigen::Vector3d(x, y, z));
+  };
+  readings.gyro += normal(gyro_, options_.gyro_sigma_rad_s);
+  readings.accelerometer += normal(accelerometer_, options_.accelerometer_sigma_m_s2);
+}
+
 }  // namespace sim::live

@@ -8,6 +8,7 @@
 #include "sim/recording/recording.h"
 #include "sim/rig/rig.h"
 #include "sim/scenario/scenario.h"
+#include "sim/sensor_errors/random.h"
 #include "walking/pattern_generator.h"
 #include "walking/plan.h"
 
@@ -47,6 +48,18 @@ struct Mounting {
 /// Returns the places in the start posture of `start`.
 Mounting mounting(const scenario::Scenario& scenario, const controllers::Controller& start,
                   const physics::Models& models);
+
+/// The noise of the readings that stabilizer and leg odometry get (scenario: stabilizer).
+class FeltNoise {
+ public:
+  FeltNoise(const walking::StabilizerOptions& options, std::uint64_t seed)
+      : options_(options), gyro_(seed, "felt gyro noise"), accelerometer_(seed, "felt accelerometer noise") {}
+  void add(walking::SensorReadings& readings);
+
+ private:
+  const walking::StabilizerOptions& options_;
+  sensor_errors::Random gyro_, accelerometer_;
+};
 
 /// Returns the setup of a recording. X_WC_start: as known to the robot.
 recording::RecordingSetup recording_setup(const scenario::Scenario& scenario, const walking::Robot& robot,

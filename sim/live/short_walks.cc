@@ -94,13 +94,14 @@ Walked walked(const scenario::Scenario& scenario, const physics::Models& models,
   const Eigen::Isometry3d X_BC = mounting(scenario, robot.controller(), models).X_BC;
   walking::LegOdometry legs(models.robot, start);
   legs.add(robot.world().leg_readings());
+  FeltNoise noise(scenario.stabilizer, seed.value_or(1));
   Walked result;
   result.noises.start(start * X_BC, robot.world().X_WC());
   const double floor[]{robot.world().X_WL().translation().z(), robot.world().X_WR().translation().z()};
   int ticks = 0, limited = 0;
   for (; robot.walks(); ++ticks) {
     slip.add(robot.reference().support, robot.world());
-    robot.tick(&legs);
+    robot.tick(&legs, [&](walking::SensorReadings& readings) { noise.add(readings); });
     limited += robot.world().torque_limited_since_last().value_or(false);
     landings[0].add(robot.world().X_WL().translation().z() - floor[0]);
     landings[1].add(robot.world().X_WR().translation().z() - floor[1]);

@@ -90,8 +90,10 @@ void WalkingRobot::step() {
   for (const auto end = world_.time() + walking::kTick; is_ok() && world_.time() < end;) world_.step();
 }
 
-void WalkingRobot::tick(walking::LegOdometry* legs) {
-  const walking::SensorReadings readings = world_.sensor_readings();
+void WalkingRobot::tick(walking::LegOdometry* legs,
+                        const std::function<void(walking::SensorReadings&)>& disturb) {
+  walking::SensorReadings readings = world_.sensor_readings();
+  if (disturb) disturb(readings);
   if (legs) legs->add(readings);
   command(readings);
   step();

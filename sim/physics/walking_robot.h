@@ -41,7 +41,9 @@ class WalkingRobot {
   /// readings at the tick's start.
   void steer(const walking::LegOdometry& legs);
   /// Runs a whole tick, with the readings at its start for leg odometry, which steers if there is one.
-  void tick(walking::LegOdometry* legs = nullptr);
+  /// disturb: adds noise to the readings.
+  void tick(walking::LegOdometry* legs = nullptr,
+            const std::function<void(walking::SensorReadings&)>& disturb = {});
 
   /// The plan with its adjusted landings, or the commanded path, at this tick and at the next one.
   const walking::Reference& reference() const { return controller_->reference(); }
