@@ -224,14 +224,16 @@ std::optional<Corner> strongest_corner(const cv::Mat& image, const cv::Rect& reg
 
 std::optional<Eigen::Vector2i> propose_corner(const cv::Mat& image,
                                               const std::vector<Eigen::Vector2d>& occupied,
-                                              const Options::Vision& options, std::mt19937_64& random) {
+                                              const Options::Vision& options, std::mt19937_64& random,
+                                              double share) {
   const cv::Rect box = random_box(image, options.visible_landmarks, random);
   if (std::any_of(occupied.begin(), occupied.end(),
                   [&](const Eigen::Vector2d& p) { return box.contains(cv::Point2d(p.x(), p.y())); }))
     return std::nullopt;
   // Gradients are proportional to the light; noise is not.
   const double light = std::clamp(cv::mean(image)[0] / kOrdinaryGray, kLeastLight, 1.0);
-  const auto corner = strongest_corner(image, box, options.corner_threshold * light * light);
+  share = std::max(share * light * light, kLeastLight * kLeastLight);
+  const auto corner = strongest_corner(image, box, share * options.corner_threshold);
   if (!corner) return std::nullopt;
   const Eigen::Vector2d pixel = corner->pixel.cast<double>();
   const double least = std::min<double>(kLeastDistance_px, box.height);

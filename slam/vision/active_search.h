@@ -71,10 +71,12 @@ struct Corner {
 std::optional<Corner> strongest_corner(const cv::Mat& image, const cv::Rect& region, double threshold);
 
 /// The strongest corner in a box at a random place, which leaves room for the patch. Returns nothing if the
-/// box contains an occupied pixel, or if its corner is too weak or too close to an occupied pixel.
+/// box contains an occupied pixel, or if its corner is too weak or too close to an occupied pixel. share: of
+/// the threshold that suffices, down to the share in the dark.
 std::optional<Eigen::Vector2i> propose_corner(const cv::Mat& image,
                                               const std::vector<Eigen::Vector2d>& occupied,
-                                              const Options::Vision& options, std::mt19937_64& random);
+                                              const Options::Vision& options, std::mt19937_64& random,
+                                              double share = 1);
 
 /// The sub-pixel corner near the predicted pixel, found from the gradients. Returns nothing if it lies
 /// outside the 3-sigma ellipse of the innovation covariance S, px².

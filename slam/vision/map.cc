@@ -19,6 +19,8 @@ Landmark landmark_seen_from(const Eigen::Isometry3d& X_WC, Stamp t) {
 constexpr std::size_t kRoom = 256;          // landmarks for which memory is reserved
 constexpr int kProposals = 5;               // corners tried for each landmark wanted
 constexpr int kInitializedPerFrame = 3;     // landmarks, once the map is not empty
+constexpr std::size_t kFewVisible = 4;      // with fewer, weak corners are better than none
+constexpr double kWeaker = 0.9;             // of the threshold for corners, after each image without any
 constexpr Stamp kYoung{10'000'000'000};     // time between a landmark's first and last view
 constexpr Stamp kBadCorner{5'000'000'000};  // time since a young landmark was deleted there
 constexpr double kSameDirection = 0.9976;   // cosine of 4 degrees
@@ -146,6 +148,7 @@ InitializationCount Map::initialize(const cv::Mat& image, const DepthImage& dept
                                     std::vector<int>& deleted, bool on_trial) {
   const State& state = kalman.state();
   const int wanted = number_wanted(visible.size(), state);
+  if (visible.size() >= kFewVisible) corner_share_ = 1;
   occupied_ = visible;
   for (const Landmark& landmark : landmarks_) {
     if (!is_line(landmark)) continue;
@@ -155,7 +158,7 @@ InitializationCount Map::initialize(const cv::Mat& image, const DepthImage& dept
   }
   int added = 0;
   for (int proposals = 0; added < wanted && proposals < kProposals * wanted; ++proposals) {
-    const auto corner = propose_corner(image, occupied_, options_.vision, random_);
+    const auto corner = propose_corner(image, occupied_, options_.vision, random_, corner_share_);
     if (!corner) continue;
     occupied_.push_back(corner->cast<double>());
     if (!make_room(t, kalman, deleted)) return {0, added};
@@ -165,6 +168,7 @@ InitializationCount Map::initialize(const cv::Mat& image, const DepthImage& dept
     add(std::move(*landmark));
     ++added;
   }
+  if (wanted > 0 && added == 0 && visible.size() < kFewVisible) corner_share_ *= kWeaker;
   return {wanted, added};
 }
 

@@ -35,6 +35,7 @@ class Map {
   /// Initializes landmarks at corners away from the predicted pixels of visible landmarks, until as many are
   /// visible as the options request. New landmarks are at the end of landmarks(). In a full map, they replace
   /// landmarks out of view, starting with the ones found least often, whose ids are appended to `deleted`.
+  /// While fewer than four are visible and no corner is found, weaker corners suffice from image to image.
   InitializationCount initialize(const cv::Mat& image, const DepthImage& depth, Stamp t,
                                  const std::vector<Eigen::Vector2d>& visible, Kalman& kalman,
                                  std::vector<int>& deleted, bool on_trial = false);
@@ -116,6 +117,7 @@ class Map {
   int next_id_ = 0, session_ = 1;
   std::mt19937_64 random_;
   bool known_initialized_ = false;
+  double corner_share_ = 1;                // of the threshold for corners
   std::vector<Eigen::Vector2d> occupied_;  // work space, kept so that initialize takes no heap memory
 };
 

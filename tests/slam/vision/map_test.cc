@@ -198,6 +198,23 @@ TEST(Map, InitializesNothingInAnImageWithoutCorners) {
   EXPECT_EQ(b.size(), 8u);
 }
 
+TEST(Map, WeakCornersAreUsedIfFewLandmarksAreVisibleAndNoStrongOneIsFound) {
+  Initialized b(8);
+  const cv::Mat weak = 128 + 0.15 * random_blocks(320, 8, 5);
+  ASSERT_FALSE(strongest_corner(weak, {0, 0, 320, 240}, Options::Vision::corner_threshold));
+  std::vector<Eigen::Vector2d> four = b.pixels();
+  four.resize(4);
+  const auto added = [&](const std::vector<Eigen::Vector2d>& visible) {
+    return b.map.initialize(weak, {}, Stamp(8), visible, b.kalman, b.removed).added;
+  };
+  for (int frame = 0; frame < 60; ++frame) ASSERT_EQ(added(four), 0) << frame;
+  EXPECT_EQ(added({}), 0) << "they are not the first choice";
+  int all = 0;
+  for (int frame = 0; frame < 30; ++frame) all += added({});
+  EXPECT_GT(all, 3);
+  EXPECT_EQ(added(four), 0);
+}
+
 TEST(Map, LinesAreInitializedOneAtATimeAndOnlyWhileTheCameraMoves) {
   Options options;
   options.depth.first_sight = FirstSight::particles;
