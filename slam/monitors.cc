@@ -24,6 +24,9 @@ constexpr const char* kNotFoundAgain = "; the map was not found again";
 constexpr double kEvidenceMemory_s = 30;
 constexpr double kOrdinary = 0.02;  // relative systematic error
 constexpr double kScatter = 1.5;    // bound on the gyro's scatter, relative to the assumed noise
+// Fraction of second differences larger than the first ones: 0.77 for noise (0.5 + asin(2/sqrt(7))/pi), and at
+// most 0.6 with a policy whose trunk shakes as fast as the gyro's noise.
+constexpr double kWhite = 0.64;
 constexpr double kMemory = 1200;    // second differences: 2 s of three axes
 constexpr double kFewest = 600;     // second differences
 
@@ -198,7 +201,7 @@ void GyroNoiseTest::add(const std::vector<InertialSample>& readings) {
 }
 
 bool GyroNoiseTest::scatters() const {
-  return count_ >= kFewest && beyond_ > 0.5 * count_ && white_ > 0.5 * count_;
+  return count_ >= kFewest && beyond_ > 0.5 * count_ && white_ > kWhite * count_;
 }
 
 void TurnTest::add(double dt_s, double difference_rad) {

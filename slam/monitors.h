@@ -108,14 +108,14 @@ class TrackingMonitor {
 
 /// Compares the scatter of successive gyro readings with the assumed noise. Walking hardly affects the second
 /// differences of readings 5 ms apart, and impacts do not affect their median. A shaking robot makes them
-/// large, too, but they stay smaller than the first differences.
+/// large, too, but then fewer of them are larger than the first differences.
 class GyroNoiseTest {
  public:
   explicit GyroNoiseTest(const Options::Gyro& options) : options_(options) {}
 
   void add(const std::vector<InertialSample>& readings);
   /// True if the median of the second differences in the last seconds is more than 1.5 times the noise's
-  /// median, and most of them are larger than the first differences.
+  /// median, and as many of them are larger than the first differences as with noise.
   bool scatters() const;
 
  private:

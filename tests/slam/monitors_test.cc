@@ -260,14 +260,15 @@ TEST(GyroNoiseTest, DetectsTwiceTheNoiseWithinThreeSecondsWithoutFalsePositives)
 TEST(GyroNoiseTest, AShakingRobotIsNotNoise) {
   const Options::Gyro options;
   GyroNoiseTest shaking(options), noisy(options);
-  for (auto [test, sigma] : {std::pair{&shaking, options.sigma_rad_s}, {&noisy, 5 * options.sigma_rad_s}}) {
-    std::vector<InertialSample> readings = noisy_readings(sigma, 10, 1);
-    for (InertialSample& reading : readings)  // 20 Hz
-      reading.value.array() += 0.15 * std::sin(2 * 3.14159 * 20 * seconds(reading.end));
-    test->add(readings);
+  for (auto [test, sigma] : {std::pair{&shaking, options.sigma_rad_s}, {&noisy, 10 * options.sigma_rad_s}}) {
+    for (const double hz : {20, 40}) {
+      std::vector<InertialSample> readings = noisy_readings(sigma, 10, 1);
+      for (InertialSample& reading : readings)
+        reading.value.array() += 3 / hz * std::sin(2 * 3.14159 * hz * seconds(reading.end));
+      test->add(readings);
+      EXPECT_EQ(test->scatters(), test == &noisy) << hz;
+    }
   }
-  EXPECT_FALSE(shaking.scatters());
-  EXPECT_TRUE(noisy.scatters());
 }
 
 TEST(GyroNoiseTest, ReadingsSplitByAFrameAreNotCompared) {
