@@ -25,6 +25,8 @@ constexpr double kStumbled_m = 0.1;  // standard deviation of the legs' height d
 // to step, as the lasting error of the height does: without a plan, soles sink in as they land, by up to 5
 // mm/s on average.
 constexpr double kVertical_m_s = 0.03, kPlannedVertical_m_s = 0.01;
+// At least the standard deviation of the planned height in a frame: legs yield in each step.
+constexpr double kPlannedHeight_m = 0.001;
 // At least the standard deviation of the legs' velocity on such a floor: a center of pressure moves as the
 // sole rolls over edges and bumps.
 constexpr double kUneven_m_s = 0.01;
@@ -100,7 +102,9 @@ OptionalMeasurement height(const Inputs& in) {
   const std::optional<LegMotion>& legs = in.observation.legs;
   const bool by_legs = in.options.leg_odometry.enabled && legs;
   if (!in.options.height.enabled || !(by_legs || (plan && in.level))) return std::nullopt;
-  return measure_height(in.x, (by_legs ? legs->X_OC : plan->X_PC).translation().z(), in.options.height);
+  Options::Height options = in.options.height;
+  if (!by_legs) options.sigma_m = std::max(options.sigma_m, kPlannedHeight_m);
+  return measure_height(in.x, (by_legs ? legs->X_OC : plan->X_PC).translation().z(), options);
 }
 
 /// A sensor: its measurement, if there is one, its gate, its index in reports, and the reason for a

@@ -237,6 +237,18 @@ TEST(InternalMeasurements, OnAFloorThatIsNotLevelTheVelocityByTheLegsCountsLessT
   EXPECT_GT(no_plan.z(), 1.3 * slope.z());
 }
 
+TEST(InternalMeasurements, LegsThatYieldInAStepDoNotContradictThePlannedHeight) {
+  const auto refused = [](double yields_m) {
+    Walking walk;
+    Observation o = walk.next();
+    o.plan->X_PC.translation().z() += yields_m;
+    walk.step(o);
+    return walk.report.refused.text();
+  };
+  EXPECT_EQ(refused(0.002), "");
+  EXPECT_NE(refused(0.03).find("height is beyond its gate"), std::string::npos);
+}
+
 /// The scale of a plan, found in a walk of 7 s with leg odometry, a step every 0.8 s, and the speed at its
 /// end.
 struct PlanByLegs {
