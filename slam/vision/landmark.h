@@ -79,6 +79,7 @@ using LandmarkKind = std::variant<Point, InverseDepth, SemiInfiniteLine>;
 
 struct Landmark {
   static constexpr int kMostMisses = 5;  ///< misses after which a landmark is set aside
+  static constexpr double kSlides = 3;   ///< standard deviations
 
   int id = 0;
   LandmarkKind kind = InverseDepth{};
@@ -97,6 +98,10 @@ struct Landmark {
   Eigen::Vector3d p_WC_missed = Eigen::Vector3d::Zero();  ///< camera position at the first of them, m
   Stamp last_search{0};                                   ///< time of its last search or its initialization
   Stamp last_visible{0};  ///< when it was last predicted to be visible, or initialized
+  /// Sum of its innovations in both directions, in standard deviations, and their number; older ones weigh
+  /// less.
+  Eigen::Vector2d drift = Eigen::Vector2d::Zero();
+  double drift_count = 0;
   bool on_trial =
       false;  ///< perhaps on something that moves with the camera; not used until it moved as predicted
 
@@ -104,6 +109,9 @@ struct Landmark {
     return std::visit([](const auto& k) { return std::decay_t<decltype(k)>::kSize; }, kind);
   }
   Parameters parameters(const State& state) const { return state.storage_x.segment(at, size()); }
+  /// True if its matches deviate persistently from their predicted pixels, as where edges at different
+  /// distances cross: such a corner slides along both when the camera moves.
+  bool slides() const { return drift_count >= 20 && drift.squaredNorm() > kSlides * kSlides * drift_count; }
   /// True if the current view differs from the view of the first of its misses.
   bool is_seen_anew(const State& state) const;
   /// True if searches for it from this view have failed repeatedly, so that others have priority.

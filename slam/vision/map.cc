@@ -17,6 +17,7 @@ Landmark landmark_seen_from(const Eigen::Isometry3d& X_WC, Stamp t) {
 }
 
 constexpr std::size_t kRoom = 256;          // landmarks for which memory is reserved
+constexpr double kDriftMemory = 0.99;       // weight of a landmark's earlier innovations after each match
 constexpr int kProposals = 5;               // corners tried for each landmark wanted
 constexpr int kInitializedPerFrame = 3;     // landmarks, once the map is not empty
 constexpr std::size_t kFewVisible = 4;      // with fewer, weak corners are better than none
@@ -100,6 +101,7 @@ Map::Map(const Options& options, const Camera& camera, std::uint64_t seed)
     : options_(options), camera_(camera), random_(seed) {
   landmarks_.reserve(kRoom);
   pruned_.reserve(kRoom);
+  sliding_.reserve(kRoom);
   places_.reserve(kRoom);
 }
 
@@ -156,6 +158,8 @@ InitializationCount Map::initialize(const cv::Mat& image, const DepthImage& dept
     const Direction d = direction(landmark.kind, y, state.position(), state.orientation());
     if (const auto mean = camera_.project(d.h_C)) occupied_.push_back(mean->pixel);
   }
+  for (const Eigen::Vector3d& p_W : sliding_)
+    if (const auto mean = camera_.project(state.X_WC().inverse() * p_W)) occupied_.push_back(mean->pixel);
   int added = 0;
   for (int proposals = 0; added < wanted && proposals < kProposals * wanted; ++proposals) {
     const auto corner = propose_corner(image, occupied_, options_.vision, random_, corner_share_);
@@ -225,11 +229,14 @@ SavedMap Map::saved(const State& state) const {
 
 void Map::clear(Kalman& kalman) {
   while (!landmarks_.empty()) erase(landmarks_.size() - 1, kalman);
+  sliding_.clear();
   session_ = 1;
 }
 
-void Map::record_search(std::size_t index, bool success, bool counts, Stamp t, const State& state) {
+void Map::record_search(std::size_t index, const Search& search, bool counts, Stamp t, const Kalman& kalman) {
   Landmark& landmark = landmarks_[index];
+  const State& state = kalman.state();
+  const bool success = search.used;
   const bool again = landmark.is_set_aside(state);
   landmark.last_search = t;
   if (success || landmark.misses == 0 || landmark.is_seen_anew(state)) {
@@ -239,6 +246,10 @@ void Map::record_search(std::size_t index, bool success, bool counts, Stamp t, c
   if (!success) ++landmark.misses;
   if (success) ++landmark.successes, landmark.last_session = session_;
   if (counts && (success || !again)) ++landmark.attempts;
+  if (!counts || !success || kalman.considers(landmark.at)) return;  // errors of those considered last
+  const Eigen::Array2d innovation = *search.match - search.pixel;
+  landmark.drift = kDriftMemory * landmark.drift.array() + innovation / search.S.diagonal().array().sqrt();
+  landmark.drift_count = kDriftMemory * kDriftMemory * landmark.drift_count + 1;
 }
 
 void Map::inflate_for_view_change(std::size_t index, Kalman& kalman) {
@@ -340,13 +351,17 @@ std::size_t Map::prune(Kalman& kalman, std::vector<int>& deleted) {
     const Landmark& landmark = landmarks_[i];
     const bool judged = landmark.attempts >= 10 || landmark.misses >= Landmark::kMostMisses;
     const bool unreliable = judged && 2 * landmark.successes < landmark.attempts;
-    if (!unreliable && !surely_behind(kalman.state(), landmark)) continue;
+    if (!unreliable && !landmark.slides() && !surely_behind(kalman.state(), landmark)) continue;
     deleted.push_back(landmark.id);
     const State& state = kalman.state();
-    if (landmark.last_visible - landmark.initialized < kYoung &&
-        is_bad_anew({position(landmark.kind, landmark.parameters(state)), landmark.last_visible},
-                    state.position()))
+    const Eigen::Vector3d p_W = position(landmark.kind, landmark.parameters(state));
+    if (landmark.slides()) {
+      if (sliding_.size() == kRoom) sliding_.erase(sliding_.begin());
+      sliding_.push_back(p_W);
+    } else if (landmark.last_visible - landmark.initialized < kYoung &&
+               is_bad_anew({p_W, landmark.last_visible}, state.position())) {
       ++young;
+    }
     erase(i, kalman);
   }
   return young;

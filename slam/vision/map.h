@@ -52,9 +52,9 @@ class Map {
   void clear(Kalman& kalman);
   /// Records that a landmark is predicted to be visible at t.
   void record_visible(std::size_t index, Stamp t) { landmarks_[index].last_visible = t; }
-  /// Records one search for a landmark, and whether its match was accepted. Failures do not count against it
+  /// Records one search for a landmark. Failures do not count against it
   /// while it is set aside, or if `counts` is false because the image or the pose may be at fault.
-  void record_search(std::size_t index, bool success, bool counts, Stamp t, const State& state);
+  void record_search(std::size_t index, const Search& search, bool counts, Stamp t, const Kalman& kalman);
   /// Forgets the failed searches of a lost filter.
   void forget_misses() {
     for (Landmark& landmark : landmarks_) landmark.misses = 0;
@@ -112,8 +112,9 @@ class Map {
   Camera camera_;
   std::vector<Landmark> landmarks_;
   std::vector<Place> places_;
-  int visits_ = 0;              // to the present place
-  std::vector<Pruned> pruned_;  // young landmarks deleted recently
+  int visits_ = 0;                        // to the present place
+  std::vector<Pruned> pruned_;            // young landmarks deleted recently
+  std::vector<Eigen::Vector3d> sliding_;  // positions of the last landmarks deleted because they slide
   int next_id_ = 0, session_ = 1;
   std::mt19937_64 random_;
   bool known_initialized_ = false;

@@ -178,7 +178,7 @@ bool VisualTracking::try_new_landmarks(const VisualInput& in) {
 void VisualTracking::record_searches(const VisualInput& in, bool counts) {
   const VisionResult& vision = vision_.result();
   for (std::size_t i = 0; i < vision.searched.size(); ++i)
-    map_.record_search(vision.searched_indices[i], vision.searched[i].used, counts, in.t, in.kalman.state());
+    map_.record_search(vision.searched_indices[i], vision.searched[i], counts, in.t, in.kalman);
 }
 
 /// Improves the surface normal of one matched landmark, and inflates the covariances of all for the change of

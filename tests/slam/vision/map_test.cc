@@ -123,7 +123,14 @@ struct Initialized {
   explicit Initialized(const Options& options) : camera(CameraIntrinsics{}), map(options, camera, 1) {
     map.initialize(image, {}, Stamp(7), {}, kalman, removed);
   }
-  void search(std::size_t i, bool success) { map.record_search(i, success, true, Stamp(8), kalman.state()); }
+  /// sigmas: deviation of the match from its predicted pixel.
+  void search(std::size_t i, bool success, const Eigen::Vector2d& sigmas = Eigen::Vector2d::Zero()) {
+    const Search search{.pixel = pixel(i),
+                        .S = 0.25 * Eigen::Matrix2d::Identity(),
+                        .used = success,
+                        .match = pixel(i) + 0.5 * sigmas};
+    map.record_search(i, search, true, Stamp(8), kalman);
+  }
   std::vector<int> pruned() {
     std::vector<int> deleted;
     map.prune(kalman, deleted);
@@ -213,6 +220,21 @@ TEST(Map, WeakCornersAreUsedIfFewLandmarksAreVisibleAndNoStrongOneIsFound) {
   for (int frame = 0; frame < 30; ++frame) all += added({});
   EXPECT_GT(all, 3);
   EXPECT_EQ(added(four), 0);
+}
+
+TEST(Map, ALandmarkThatSlidesIsDeletedAndItsPlaceIsLeftOut) {
+  Initialized b(8);
+  const Eigen::Vector2d place = b.pixel(0);
+  for (int k = 0; k < 40; ++k) {
+    b.search(0, true, {0, 0.6});
+    b.search(1, true, {0, k % 2 ? 3 : -3});
+    b.search(2, true, {0.3, 0});
+    if (k == 10) EXPECT_EQ(b.pruned(), std::vector<int>{});
+  }
+  EXPECT_EQ(b.pruned(), std::vector<int>{0});
+  for (int k = 0; k < 20; ++k) b.map.initialize(b.image, {}, Stamp(8), b.pixels(), b.kalman, b.removed);
+  EXPECT_EQ(b.size(), 8u);
+  for (const Eigen::Vector2d& pixel : b.pixels()) EXPECT_GE((pixel - place).norm(), 20 - 1e-9);
 }
 
 TEST(Map, LinesAreInitializedOneAtATimeAndOnlyWhileTheCameraMoves) {
