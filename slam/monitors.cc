@@ -24,11 +24,11 @@ constexpr const char* kNotFoundAgain = "; the map was not found again";
 constexpr double kEvidenceMemory_s = 30;
 constexpr double kOrdinary = 0.02;  // relative systematic error
 constexpr double kScatter = 1.5;    // bound on the gyro's scatter, relative to the assumed noise
-// Fraction of second differences larger than the first ones: 0.77 for noise (0.5 + asin(2/sqrt(7))/pi), and at
-// most 0.6 with a policy whose trunk shakes as fast as the gyro's noise.
+// Fraction of second differences larger than the first ones: 0.77 for noise (0.5 + asin(2/sqrt(7))/pi), and
+// at most 0.6 with a policy whose trunk shakes as fast as the gyro's noise.
 constexpr double kWhite = 0.64;
-constexpr double kMemory = 1200;    // second differences: 2 s of three axes
-constexpr double kFewest = 600;     // second differences
+constexpr double kMemory = 1200;  // second differences: 2 s of three axes
+constexpr double kFewest = 600;   // second differences
 
 constexpr double kTurnMemory_s = 3;
 // Without faults, the difference in this time is at most 0.02 rad on the circles, and 0.11 rad if the
